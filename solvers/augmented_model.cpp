@@ -9,13 +9,13 @@
 namespace tandem::detail {
 namespace {
 
-constexpr int kMaxActiveSets = 10;          // maximum number of active sets per step; two or three are usual
-constexpr int kMaxSegmentTrials = 40;       // maximum number of trial points of the search along a segment
-constexpr double kSegmentTolerance = 1e-9;  // on the slope relative to its initial value, and on the interval length
-constexpr double kMinActiveSetGain = 0.01;  // minimum gain of one more active set, relative to the predicted decrease
-constexpr double kReducedCurvature = 0.3;   // fraction of the curvature that is tried before none
-constexpr double kModeratePenalty = 1e4;    // penalty limit after good steps; more is ill-conditioned
-constexpr double kMaxPenalty = 1e10;        // penalty limit after stalled steps
+constexpr int kMaxActiveSets = 10;          // Maximum number of active sets per step; two or three are usual.
+constexpr int kMaxSegmentTrials = 40;       // Maximum number of trial points of the search along a segment.
+constexpr double kSegmentTolerance = 1e-9;  // For the slope relative to its initial value, and for the interval length.
+constexpr double kMinActiveSetGain = 0.01;  // Minimum gain of one more active set, relative to the predicted decrease.
+constexpr double kReducedCurvature = 0.3;   // Fraction of the curvature that is tried before none.
+constexpr double kModeratePenalty = 1e4;    // Penalty limit after good steps; more is ill-conditioned.
+constexpr double kMaxPenalty = 1e10;        // Penalty limit after stalled steps.
 constexpr double kPenaltyGrowth = 10;
 constexpr int kMaxRelaxations = 60;      // maximum number of penalty reductions
 constexpr int kStalledSteps = 3;         // steps without less violation before the penalty grows

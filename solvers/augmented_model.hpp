@@ -84,7 +84,7 @@ class AugmentedModel final : public SoftModel {
   const LevenbergMarquardtOptions& options_;
   const bool constrained_;  // there are hard rows, not only soft bounds
   AugmentedTerm term_;
-  SecantPairs<double> lagrangian_secant_;  // of the Lagrangian; replaces secant_, that of the cost
+  SecantPairs<double> lagrangian_secant_;  // secant pairs of the Lagrangian; replace secant_, those of the cost
   NlpEvaluator::Violation violation_{0.0, -1};
   BestPoint best_{kConstraintTolerance};
   double penalty_;
@@ -95,7 +95,7 @@ class AugmentedModel final : public SoftModel {
   bool exact_ = false;                                  // the curvature is evaluated at each X̄
   Eigen::VectorXd curvature_;                           // exact Hessian of the Lagrangian minus hessian_
   double curvature_share_ = 0.0;                        // fraction of curvature_ in the model
-  Eigen::VectorXd augmented_hessian_, damped_hessian_;  // the second becomes the factor
+  Eigen::VectorXd augmented_hessian_, damped_hessian_;  // damped_hessian_ is overwritten by its factor
   Eigen::VectorXd total_, last_lagrangian_, next_multipliers_, multipliers_here_;
   Eigen::VectorXd newton_step_;                    // minimiser of the model for a fixed active set
   Eigen::VectorXd hessian_step_, hessian_newton_;  // products of the Hessian with step_ and newton_step_

@@ -14,11 +14,11 @@ template <LieGroup G>
 struct PoseEdge {
   int from, to;    ///< in [0, number of poses)
   G z;             ///< measured pose of `to` in the frame of `from` [m]
-  Gaussian noise;  ///< of Log(z⁻¹ from⁻¹ to) [m, rad]
+  Gaussian noise;  ///< noise of Log(z⁻¹ from⁻¹ to) [m, rad]
 };
 
-/// Returns initial poses for a pose graph from its edges alone, where the poses of a file or of odometry would end in
-/// another local minimum. G is SE2 or SE3. Pose 0 is `first`.
+/// Returns initial poses for a pose graph from its edges alone. Use them if a solve from the poses of a file or of
+/// odometry ends in a poor local minimum. G is SE2 or SE3. Pose 0 is `first`.
 ///
 /// Rotations minimise Σ w ‖R_from R_z − R_to‖² over all matrices and are then projected onto rotations (chordal
 /// relaxation: Martinec & Pajdla 2007; Carlone et al. 2015, "Initialization Techniques for 3D SLAM", §III-C).

@@ -88,7 +88,7 @@ Eigen::VectorXd residual_variances(const Problem::Linearization& at, const Eigen
   return noise - absorbed.diagonal();
 }
 
-/// Adds a block to the fit of its sensor. `counted` tells whether an earlier part of the measurement is down-weighted.
+/// Adds a block to the fit of its sensor. `counted` is true if an earlier part of the measurement is down-weighted.
 void add(const Problem& problem, const MeasurementBlock& m, const Marginals* marginals, double remaining,
          SensorFit& fit, bool& counted, Expectations& expectations) {
   const Problem::Linearization at = problem.linearization(m.block);

@@ -17,7 +17,7 @@ struct JudgedSensor {
       rejected{};  ///< stamps [s] of measurements that are not in the problem: they contradict the others
 };
 
-/// A measurement in a problem, or a part of one with a block of its own. The part with component 0 comes first.
+/// A measurement in a problem, or a part of one that has a separate block. The part with component 0 comes first.
 struct MeasurementBlock {
   std::size_t sensor;  ///< index among the sensors
   double t;            ///< time stamp [s]
@@ -28,7 +28,7 @@ struct MeasurementBlock {
 /// A measurement and its largest standardised residual.
 struct WorstMeasurement {
   double t;               ///< s
-  std::size_t component;  ///< of the sensor
+  std::size_t component;  ///< component of the sensor
   double residual;        ///< in expected standard deviations
 };
 
@@ -55,7 +55,7 @@ struct SensorFit {
   std::string misfit() const;
 };
 
-/// Agreement of a solution with its data and the stated noise. A solver that converges says nothing about it.
+/// Agreement of a solution with its data and the stated noise. Convergence of a solver does not imply this agreement.
 struct FitReport {
   double cost = 0;           ///< cost F of the problem
   double expected_cost = 0;  ///< E[F] if all noises are as stated
@@ -76,8 +76,8 @@ inline constexpr double kDownweightThreshold = 0.5;
 /// Without losses, twice the cost is χ² distributed with as many degrees of freedom as rows minus free unknowns; hard
 /// equalities and active bounds reduce the unknowns. With a robust loss, each row counts with the expectation of the
 /// loss under the stated noise. Rows without derivative, such as inactive soft bounds, do not count. Residuals are
-/// standardised by their noise minus the part that the states absorb, R − H P Hᵀ, if `marginals` of the problem are
-/// given, else by the noise, reduced by the average share. Throws Error if a handle is invalid.
+/// standardised by their noise minus the part that the states absorb, R − H P Hᵀ. This needs `marginals` of the
+/// problem; without them, the noise is reduced by the average share. Throws Error if a handle is invalid.
 FitReport fit_report(const Problem& problem, const std::vector<JudgedSensor>& sensors,
                      std::span<const MeasurementBlock> measurements, const Marginals* marginals = nullptr);
 

@@ -10,17 +10,17 @@
 namespace tandem::detail {
 namespace {
 
-constexpr int kMaxCandidates = 6;       // suspicious pivots that are tried
-constexpr double kMinDifference = 0.1;  // of H and E along candidates that may be gauges
-constexpr int kMaxSteps = 150;          // Lanczos steps per candidate
-constexpr double kCurved = 0.1;         // eigenvalue of a direction that the exact Hessian observes
-constexpr double kMargin = 3;           // residuals of an eigenvector between its eigenvalue and that of a gauge
-constexpr double kFlat = 1e-2;          // eigenvalue of a gauge
-constexpr double kResidual = 1e-3;      // of an eigenvector
-constexpr double kStep = 1e-3;          // step of difference quotients [standard deviations]
-constexpr double kMaxTurn = 0.3;        // largest rotation in a finite move [rad]
-constexpr int kMaxCorrections = 6;      // steps back into the valley of the cost
-constexpr double kUnchanged = 1e-2;     // change of the cost in a finite move, relative to the prediction by H
+constexpr int kMaxCandidates = 6;       // Suspicious pivots that are tried.
+constexpr double kMinDifference = 0.1;  // Difference of H and E along candidates that may be gauges.
+constexpr int kMaxSteps = 150;          // Lanczos steps per candidate.
+constexpr double kCurved = 0.1;         // Eigenvalue of a direction that the exact Hessian observes.
+constexpr double kMargin = 3;           // Residuals of an eigenvector between its eigenvalue and that of a gauge.
+constexpr double kFlat = 1e-2;          // Eigenvalue of a gauge.
+constexpr double kResidual = 1e-3;      // Residual of an eigenvector.
+constexpr double kStep = 1e-3;          // Step of difference quotients [standard deviations].
+constexpr double kMaxTurn = 0.3;        // Largest rotation in a finite move [rad].
+constexpr int kMaxCorrections = 6;      // Steps back into the valley of the cost.
+constexpr double kUnchanged = 1e-2;     // Change of the cost in a finite move, relative to the prediction by H.
 
 class GaugeSearch {
  public:
@@ -106,7 +106,8 @@ class GaugeSearch {
   }
 
  private:
-  /// Removes the known directions from white coordinates Lᵀ v. Those of a pinned direction are a unit vector.
+  /// Removes the known directions from white coordinates Lᵀ v. A pinned direction is a unit vector in these
+  /// coordinates.
   void deflate(Eigen::VectorXd& white) const {
     for (const int unknown : pinned_) white[unknown] = 0;
     remove(white_found_, white);

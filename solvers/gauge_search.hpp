@@ -16,8 +16,8 @@ inline constexpr double kSuspiciousPivot = 2e-2;
 /// Finds gauges: directions along which the cost is constant although the Gauss-Newton Hessian H has curvature there.
 ///
 /// A gauge turns or scales residuals that are not zero without changing their norm. An example is a turn of all target
-/// poses about their own axes, if only positions are measured and the motion noise is isotropic. H takes the turn of
-/// the residuals for information. The exact Hessian E of the cost has none: E v = 0.
+/// poses about their own axes, if only positions are measured and the motion noise is isotropic. H counts the turn of
+/// the residuals as information. The exact Hessian E of the cost has none: E v = 0.
 ///
 /// `cholesky` has factorised H = L Lᵀ, with the null directions in `known` pinned. A small pivot, relative to its
 /// diagonal entry, indicates a candidate. From there, the Lanczos process finds the smallest eigenvalue of L⁻¹ E L⁻ᵀ,

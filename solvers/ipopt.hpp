@@ -9,10 +9,10 @@ namespace tandem {
 
 /// Hessian of the Lagrangian that a solver uses.
 enum class Hessian {
-  automatic,       ///< Gauss-Newton; exact after shortened steps near a solution or after many iterations
-  gauss_newton,    ///< JᵀWJ of the soft residuals, without curvature of the hard constraints
-  exact,           ///< exact Hessian of the Lagrangian
-  limited_memory,  ///< Ipopt's quasi-Newton approximation; soft residuals only
+  automatic,       ///< Gauss-Newton; exact after shortened steps near a solution or after many iterations.
+  gauss_newton,    ///< JᵀWJ of the soft residuals, without curvature of the hard constraints.
+  exact,           ///< Exact Hessian of the Lagrangian.
+  limited_memory,  ///< Ipopt's quasi-Newton approximation; soft residuals only.
 };
 
 /// Linear solver of Ipopt.

@@ -29,8 +29,8 @@ class BlockCholeskyInIpopt {
   /// For the adapters. Analyses the triplets of the lower triangle, whose indices start at 1. Returns false after an
   /// error.
   bool analyze(int size, int entries, const int* row, const int* column);
-  /// Returns false after an error. `inertia` tells whether the matrix has one negative eigenvalue per constraint.
-  /// `pivoted` must be set once Ipopt has asked for more accurate solutions than its refinement could achieve.
+  /// Returns false after an error. Sets `inertia` to whether the matrix has one negative eigenvalue per constraint.
+  /// `pivoted` must be true after Ipopt has asked for more accurate solutions than its refinement can achieve.
   bool factorize(const double* values, bool pivoted, bool& inertia);
   /// Overwrites a right-hand side by the solution. Returns false after an error.
   bool solve(double* rhs);

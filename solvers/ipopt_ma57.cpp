@@ -3,8 +3,8 @@
 
 #include <tandem/solvers/ipopt_linear_solver.hpp>
 
-// Ipopt 3.11 and 3.12 do not install the headers of their interface for linear solvers, but those of the loader for the
-// HSL library: it accepts functions with the calling convention of MA57.
+// Ipopt 3.11 and 3.12 do not install the headers of their interface for linear solvers. They install those of the
+// loader for the HSL library, which accepts functions with the calling convention of MA57.
 #if !__has_include(<IpSparseSymLinearSolverInterface.hpp>)
 #if __has_include(<HSLLoader.h>)
 #include <HSLLoader.h>

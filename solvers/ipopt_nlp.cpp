@@ -13,21 +13,21 @@
 namespace tandem::detail {
 namespace {
 
-constexpr double kRecenterAngle = 2.0;         // [rad]; the chart ends at π, and a restart loses Ipopt's history
-constexpr double kIpoptInfinity = 1e20;        // above Ipopt's nlp_upper_bound_inf
-constexpr double kSmallCostChange = 1e-2;      // relative change of the cost per iteration
-constexpr int kMaxGaussNewtonIterations = 50;  // iterations with Gauss-Newton; 10 to 30 are usual if it converges
-constexpr double kMinDamping = 1e-12;          // below, it is not more than the rounding of a diagonal entry
-constexpr double kWhiteningDamping = 1e-10;    // relative to the diagonal; whitening may be inexact
-constexpr double kWarmBarrier = 1e-6;    // barrier for multipliers of an earlier solve, whose active bounds are close
-constexpr int kStagnantIterations = 15;  // iterations without a significant decrease
-constexpr double kStagnantGradient = 1e-5;  // gradient in white coordinates [standard deviations]
-constexpr double kStagnantGain = 1e-12;     // relative decrease of the cost in these iterations
-constexpr double kNegligibleSlope = 1e16;   // stiffness of a row along a variable that it hardly reads
-constexpr double kMaxCostScale = 1e12;      // limit of the cost scale
-constexpr double kMaxCostError = 1e-5;      // maximum error of the cost by the barrier, relative to the cost
-constexpr double kNegligibleCost = 1e-3;    // cost that counts as zero, relative to that expected at the initial guess
-constexpr double kMaxDamping = 1e3;         // more only shortens a gradient step, as the line search does
+constexpr double kRecenterAngle = 2.0;         // [rad]; the chart ends at π, and a restart loses Ipopt's history.
+constexpr double kIpoptInfinity = 1e20;        // Above Ipopt's nlp_upper_bound_inf.
+constexpr double kSmallCostChange = 1e-2;      // Relative change of the cost per iteration.
+constexpr int kMaxGaussNewtonIterations = 50;  // Iterations with Gauss-Newton; 10 to 30 are usual if it converges.
+constexpr double kMinDamping = 1e-12;          // Below, it is not more than the rounding of a diagonal entry.
+constexpr double kWhiteningDamping = 1e-10;    // Relative to the diagonal; whitening may be inexact.
+constexpr double kWarmBarrier = 1e-6;    // Barrier for multipliers of an earlier solve, whose active bounds are close.
+constexpr int kStagnantIterations = 15;  // Iterations without a significant decrease.
+constexpr double kStagnantGradient = 1e-5;  // Gradient in white coordinates [standard deviations].
+constexpr double kStagnantGain = 1e-12;     // Relative decrease of the cost in these iterations.
+constexpr double kNegligibleSlope = 1e16;   // Stiffness of a row along a variable that it hardly reads.
+constexpr double kMaxCostScale = 1e12;      // Limit of the cost scale.
+constexpr double kMaxCostError = 1e-5;      // Maximum error of the cost by the barrier, relative to the cost.
+constexpr double kNegligibleCost = 1e-3;    // Cost that counts as zero, relative to that expected at the initial guess.
+constexpr double kMaxDamping = 1e3;         // More only shortens a gradient step, as the line search does.
 
 }  // namespace
 

@@ -92,7 +92,7 @@ class IpoptNlp final : public Ipopt::TNLP {
 
   double feasible_;
   const int padding_;         // unknowns that nothing reads, see CondensedKkt::num_padding()
-  double cost_scale_ = 1;     // of Ipopt's cost over the cost
+  double cost_scale_ = 1;     // ratio of Ipopt's cost to the cost
   double expected_cost_ = 0;  // order of magnitude of the cost at the solution, from the first initial guess
   NlpEvaluator& nlp_;
   Session& session_;

@@ -15,22 +15,22 @@
 namespace tandem::detail {
 namespace {
 
-constexpr double kExcessiveDamping = 1e16;    // with more, steps are below the resolution of doubles
-constexpr double kNegligibleDamping = 1e-15;  // adds nothing to a diagonal of doubles
-constexpr double kUndamped = 1e-5;            // maximum damping of a step that counts as undamped
-constexpr double kStrongDamping = 1e-3;       // damping above which the model probably lacks curvature
-constexpr double kRounding = 1e-14;           // relative rounding error of a sum of many costs
-constexpr double kMinAcceptanceRatio = 1e-4;  // minimum actual over predicted gain of an accepted step
-constexpr double kGoodAcceptanceRatio = 0.1;  // ratio above which the next step is evaluated with derivatives
-constexpr double kSecantBelow = 1e-2;  // maximum relative decrease of the cost in a step that gives a secant pair
-constexpr double kOptimality = 1e-5;   // tolerance on the first-order conditions [standard deviations]
+constexpr double kExcessiveDamping = 1e16;    // With more, steps are below the resolution of doubles.
+constexpr double kNegligibleDamping = 1e-15;  // Adds nothing to a diagonal of doubles.
+constexpr double kUndamped = 1e-5;            // Maximum damping of a step that counts as undamped.
+constexpr double kStrongDamping = 1e-3;       // Damping above which the model probably lacks curvature.
+constexpr double kRounding = 1e-14;           // Relative rounding error of a sum of many costs.
+constexpr double kMinAcceptanceRatio = 1e-4;  // Minimum actual over predicted gain of an accepted step.
+constexpr double kGoodAcceptanceRatio = 0.1;  // Ratio above which the next step is evaluated with derivatives.
+constexpr double kSecantBelow = 1e-2;  // Maximum relative decrease of the cost in a step that gives a secant pair.
+constexpr double kOptimality = 1e-5;   // Tolerance on the first-order conditions [standard deviations].
 // Relative change of the merit function that may be rounding, as multipliers are large.
 constexpr double kMeritRounding = 1e-9;
-constexpr int kMaxPolishingSteps = 5;                // polishing steps that do not halve the first-order residual
-constexpr double kStalledViolationRatio = 0.9;       // ratio of the violations after and before a step
-constexpr int kMaxRejected = 10, kManyRejected = 3;  // rejected minus accepted steps
-constexpr int kMaxJumps = 5;                         // consecutive jumps without a lower cost
-constexpr double kMinJumpGain = 1e-3;                // minimum relative decrease of the cost by jumps
+constexpr int kMaxPolishingSteps = 5;                // Polishing steps that do not halve the first-order residual.
+constexpr double kStalledViolationRatio = 0.9;       // Ratio of the violations after and before a step.
+constexpr int kMaxRejected = 10, kManyRejected = 3;  // Rejected minus accepted steps.
+constexpr int kMaxJumps = 5;                         // Consecutive jumps without a lower cost.
+constexpr double kMinJumpGain = 1e-3;                // Minimum relative decrease of the cost by jumps.
 
 class DampedSteps {
  public:

@@ -101,7 +101,7 @@ void Marginals::regularize(NlpEvaluator& nlp, const Eigen::VectorXd& hessian, co
   detail::hessian_diagonal(pattern, hessian, curvature);
   double log_pins = 0;
   std::vector<const Eigen::VectorXd*> weak, null;
-  std::vector<int> pins;  // of the weak directions
+  std::vector<int> pins;  // pinned unknowns of the weak directions
   for (const detail::FlatDirection& direction : flat) {
     if (direction.unknown < 0) continue;
     (direction.unobservable ? null : weak).push_back(&direction.v);

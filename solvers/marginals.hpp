@@ -26,8 +26,8 @@ namespace tandem {
 /// - Inequalities are ignored, active or not. The result is conservative.
 /// - Tangent entries that take part in an unobservable direction have an infinite variance and zero covariances. This is
 ///   the limit for a prior whose standard deviation goes to infinity. unobservable() names the entries. The cost, not H
-///   alone, decides what is unobservable: H of a residual that is not zero can have curvature along a direction in which
-///   the cost is constant, such as a turn of all residuals (solvers/gauge_search.hpp).
+///   alone, defines the unobservable directions. H of a residual that is not zero can have curvature along a direction
+///   in which the cost is constant, such as a turn of all residuals (solvers/gauge_search.hpp).
 ///
 /// Stored are the blocks of S on the pattern of the Cholesky factor of H, found by selected inversion
 /// (detail::SelectedInverse). They include the block of each variable and of each pair that a residual reads. Each
@@ -42,8 +42,9 @@ class Marginals {
   /// Two variables by id (Problem::id).
   using Pair = std::pair<int, int>;
   /// Computes the covariances, and stores those of all `pairs` too. The time is linear for pairs of neighbours in a
-  /// chain. Throws UndefinedResidualError if a residual is undefined or not finite, NotObservableError if more than 60
-  /// directions are unobservable or nearly so, BadInputError if no variable is free, and Stopped if `stop` requests it.
+  /// chain. Throws UndefinedResidualError if a residual is undefined or not finite, and NotObservableError if more than
+  /// 60 directions are unobservable or nearly so. Throws BadInputError if no variable is free, and Stopped if `stop`
+  /// requests it.
   explicit Marginals(Problem& problem, std::span<const Pair> pairs = {}, const Stop& stop = {});
 
   template <LieGroup A>
@@ -99,13 +100,13 @@ class Marginals {
   struct Parts {
     std::vector<int> block_of_variable;     // −1 for fixed variables
     std::vector<VariableHandle> variables;  // by ID; handles never set for unused IDs
-    std::vector<int> first_unknown;         // of each block
-    detail::SelectedInverse inverse;        // of H with pinned unknowns, if H is nearly singular
+    std::vector<int> first_unknown;         // first unknown of each block
+    detail::SelectedInverse inverse;        // inverse of H, with pinned unknowns if H is nearly singular
     double log_determinant = 0;
     // S is the inverse plus F Fᵀ: flat directions that the residuals observe, although rounding hides them in H.
     Eigen::MatrixXd flat{};
     Eigen::MatrixXd null{};        // null directions of H, one per column
-    std::vector<char> infinite{};  // of each unknown; empty if none is
+    std::vector<char> infinite{};  // per unknown: infinite variance; empty if none is
     std::vector<UnobservableState> unobservable{};
   };
   static Parts compute(Problem& problem, std::span<const Pair> pairs, const Stop& stop);

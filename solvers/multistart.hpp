@@ -11,7 +11,7 @@ namespace tandem {
 
 /// Options of solve_part_from().
 struct MultistartOptions {
-  double min_gain = 0;  ///< minimum decrease of the cost for the result of a trial to be used
+  double min_gain = 0;  ///< Minimum decrease of the cost for the result of a trial to be used.
   /// A trial is abandoned if its cost exceeds the best one by more than `cost_margin` and by more than `patience` times
   /// its recent decrease per iteration. With hard constraints, it continues while no feasible point is known or while
   /// its violation decreases.

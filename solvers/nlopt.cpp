@@ -44,15 +44,15 @@ const std::array kAlgorithms{
 constexpr double kMaxConstraintEntries = 2e7;  // limit of NLopt's dense constraint Jacobian
 // Gradient in white coordinates [standard deviations]; rounding may leave this much.
 constexpr double kStationary = 1e-5;
-constexpr double kCostErrorFactor = 100;  // error of the cost of a slowly converging run, in units of its last change
-constexpr double kActive = 1e-6;          // distance from its bound below which an inequality counts as active
-constexpr double kMaxStationarityWork = 1e10;  // limit of the stationarity check [multiplications]; takes some seconds
-constexpr double kRecenterAngle = 1.0;         // [rad]; the chart ends at π
-constexpr double kPreconditionerDamping = 1e-9;  // relative to the diagonal; covers rounding of pivots
-constexpr double kToleranceSlack = 10;           // NLopt's own slack, in constraint tolerances
-constexpr double kCostRounding = 1e-16;          // absolute rounding error of a small cost
-constexpr double kSameCost = 1e-7;               // relative difference of the final costs of two runs at the same point
-constexpr double kPenaltyWeight = 100;  // weight of Jᵀ J in the preconditioner of AUGLAG, about its final penalty
+constexpr double kCostErrorFactor = 100;  // Error of the cost of a slowly converging run, in units of its last change.
+constexpr double kActive = 1e-6;          // Distance from its bound below which an inequality counts as active.
+constexpr double kMaxStationarityWork = 1e10;  // Limit of the stationarity check [multiplications]; takes some seconds.
+constexpr double kRecenterAngle = 1.0;         // [rad]; the chart ends at π.
+constexpr double kPreconditionerDamping = 1e-9;  // Relative to the diagonal; covers rounding of pivots.
+constexpr double kToleranceSlack = 10;           // NLopt's own slack, in constraint tolerances.
+constexpr double kCostRounding = 1e-16;          // Absolute rounding error of a small cost.
+constexpr double kSameCost = 1e-7;               // Relative cost difference of two runs to the same point.
+constexpr double kPenaltyWeight = 100;  // Weight of Jᵀ J in the preconditioner of AUGLAG, about its final penalty.
 
 const Algorithm& find_algorithm(const std::string& name) {
   const auto it = std::find_if(kAlgorithms.begin(), kAlgorithms.end(), [&](const auto& a) { return a.name == name; });

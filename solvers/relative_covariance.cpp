@@ -5,7 +5,7 @@
 namespace tandem::detail {
 namespace {
 
-constexpr double kRoundingOfJacobian = 1e-12;  // of an entry of J, relative to its row
+constexpr double kRoundingOfJacobian = 1e-12;  // rounding error of an entry of J, relative to its row
 
 }  // namespace
 

@@ -18,10 +18,10 @@ struct ResidualSeries {
   void sort();  ///< by time
 
   double mean() const;
-  double spread() const;       ///< standard deviation about the mean
-  double rms() const;          ///< root mean square
-  double correlation() const;  ///< autocorrelation at lag 1
-  double spacing() const;      ///< median time between successive values [s]
+  double spread() const;       ///< Standard deviation about the mean.
+  double rms() const;          ///< Root mean square.
+  double correlation() const;  ///< Autocorrelation at lag 1.
+  double spacing() const;      ///< Median time between successive values [s].
   /// Returns the correlation time τ [s] from correlation() = exp(−spacing / τ), or 0 if the correlation is at most
   /// kMaxCorrelation or three standard errors.
   double correlation_time() const;

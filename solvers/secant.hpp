@@ -52,7 +52,7 @@ class SecantPairs {
   bool with_term_;
   Matrix s_, y_, total_;
   Eigen::VectorXd rho_, weight_;
-  Eigen::VectorXd wide_s_, wide_y_;  // of refresh()
+  Eigen::VectorXd wide_s_, wide_y_;  // memory of refresh()
   Eigen::Index count_ = 0;
 };
 

@@ -29,8 +29,8 @@ class Session {
   /// Reports an iteration at X̄ ⊕ delta, which becomes the point of the evaluator.
   void report_at(NlpEvaluator& nlp, const Eigen::VectorXd& delta, int iteration, double cost, double step,
                  double violation) const;
-  /// Sets the status and the message. An empty message stands for the sentence of the status. Later calls have no
-  /// effect.
+  /// Sets the status and the message. If the message is empty, the summary has the sentence of the status. Later calls
+  /// have no effect.
   void end(Status status, std::string message = {});
   bool ended() const { return ended_; }
   /// Evaluates the solution X̄: cost, violation and observability. A converged solve becomes a failed one if a

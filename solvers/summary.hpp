@@ -11,13 +11,13 @@ namespace tandem {
 
 /// Reason why a solve ended.
 enum class Status {
-  converged,       ///< a local minimum within the tolerances
-  max_iterations,  ///< the limit of iterations or evaluations
-  time_limit,      ///< the time limit
-  interrupted,     ///< stopped by the caller
-  infeasible,      ///< the solver found no point that meets the hard constraints
-  unsupported,     ///< the solver does not support the problem; the message gives the reason
-  failed,          ///< numerical failure; the message gives the cause
+  converged,       ///< A local minimum within the tolerances.
+  max_iterations,  ///< The limit of iterations or evaluations.
+  time_limit,      ///< The time limit.
+  interrupted,     ///< Stopped by the caller.
+  infeasible,      ///< The solver found no point that meets the hard constraints.
+  unsupported,     ///< The solver does not support the problem; the message gives the reason.
+  failed,          ///< Numerical failure; the message gives the cause.
 };
 
 /// Returns "converged", "max-iterations", …
@@ -50,8 +50,8 @@ struct Summary {
   /// Iterations, and evaluations of the cost. NLopt counts evaluations only; both are then equal.
   int iterations = 0, evaluations = 0;
   double seconds = 0;
-  double evaluation_seconds = 0;     ///< of residuals and Jacobians
-  double linear_solver_seconds = 0;  ///< of factorisations and solves; for Ipopt all time but evaluations
+  double evaluation_seconds = 0;     ///< time of residuals and Jacobians
+  double linear_solver_seconds = 0;  ///< time of factorisations and solves; Ipopt: all but evaluations
 
   bool converged() const { return status == Status::converged; }
 };

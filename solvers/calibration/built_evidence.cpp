@@ -14,7 +14,7 @@
 namespace tandem::detail {
 namespace {
 
-constexpr double kStep = 0.05;  // of a log factor, for differences
+constexpr double kStep = 0.05;  // step of a log factor, for differences
 
 template <LieGroup... Gs>
 void copy_values_of(const Problem& from, Problem& to) {

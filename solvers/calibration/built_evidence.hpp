@@ -62,7 +62,7 @@ class BuiltEvidence {
   const std::vector<BuiltParameter>& parameters_;
   const CalibrationOptions& options_;
   Eigen::VectorXd given_, low_, high_;
-  std::vector<bool> free_noise_;  // of each noise group
+  std::vector<bool> free_noise_;  // per noise group: it is calibrated
   Eigen::VectorXd counted_;       // Calibration::counted_rows
   int builds_ = 0, solves_ = 0;
   std::string why_;

@@ -18,12 +18,12 @@ namespace {
 using namespace detail;
 
 // Steps and distances refer to log factors.
-constexpr double kLongestStep = 1.5;     // a factor of 4.5
-constexpr double kDifferenceStep = 0.3;  // for the curvature, in units of the initial standard error
-constexpr double kNear = 0.3;            // within this distance of the maximum the evidence is nearly a parabola
-constexpr double kSharp = 0.25;          // standard error below which a maximum is certainly identifiable
-constexpr double kMinImprovement = 1.0;  // increase of the log evidence that makes another maximum worth a search
-constexpr int kMaxRestarts = 2, kMaxHalvings = 8, kMaxRounds = 5;  // rounds update counted_rows
+constexpr double kLongestStep = 1.5;     // A factor of 4.5.
+constexpr double kDifferenceStep = 0.3;  // For the curvature, in units of the initial standard error.
+constexpr double kNear = 0.3;            // Within this distance of the maximum the evidence is nearly a parabola.
+constexpr double kSharp = 0.25;          // Standard error below which a maximum is certainly identifiable.
+constexpr double kMinImprovement = 1.0;  // Increase of the log evidence that makes another maximum worth a search.
+constexpr int kMaxRestarts = 2, kMaxHalvings = 8, kMaxRounds = 5;  // Rounds update counted_rows.
 
 class Search {
  public:

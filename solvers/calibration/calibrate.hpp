@@ -20,11 +20,11 @@ struct MeasuredBlock {
 
 struct CalibrationOptions {
   int max_iterations = 50;
-  double tolerance = 1e-3;  ///< stops when each step of a log factor is smaller
-  double max_factor = 1e3;  ///< factors are confined to [1 / max_factor, max_factor]
-  bool ranges = true;       ///< false: skips standard errors, evidence ranges and the identifiability test
-  int profile_points = 0;   ///< number of points of CalibratedNoise::profile; needs `ranges`
-  Stop stop{};              ///< ends the calibration with the best factors so far, also within a solve
+  double tolerance = 1e-3;  ///< Stops when each step of a log factor is smaller.
+  double max_factor = 1e3;  ///< Factors are confined to [1 / max_factor, max_factor].
+  bool ranges = true;       ///< False: skips standard errors, evidence ranges and the identifiability test.
+  int profile_points = 0;   ///< Number of points of CalibratedNoise::profile; needs `ranges`.
+  Stop stop{};              ///< Ends the calibration with the best factors so far, also within a solve.
   /// Initial log factors, one per group; requires counted_rows. Empty: starts at zero, the given noise.
   Eigen::VectorXd initial_log_factors{};
   /// Fixed value of Calibration::counted_rows, one per group. Empty: computed.
@@ -49,7 +49,7 @@ struct CalibrationOptions {
 /// The calibrated factor of one noise group.
 ///
 /// A factor that is neither identifiable nor bounded keeps the given value, 1. "Evidence" below is the profile evidence
-/// of the data alone (without the prior): only this factor varies, the other factors stay at their estimates.
+/// of the data alone (without the prior). Only this factor varies; the others stay at their estimates.
 struct CalibratedNoise {
   std::string name;
   double factor = 1;     ///< scales the given standard deviations
@@ -72,10 +72,10 @@ struct CalibratedNoise {
 
 struct Calibration {
   Status status = Status::failed;
-  std::string message;                 ///< one sentence
-  std::vector<CalibratedNoise> noise;  ///< in the order of the groups
-  Eigen::MatrixXd log_covariance;      ///< posterior covariance of the log factors; zero for factors kept as given
-  double gain = 0;                     ///< increase of the log evidence over the given noise
+  std::string message;                 ///< One sentence.
+  std::vector<CalibratedNoise> noise;  ///< In the order of the groups.
+  Eigen::MatrixXd log_covariance;      ///< Posterior covariance of the log factors; zero for factors kept as given.
+  double gain = 0;                     ///< Increase of the log evidence over the given noise.
   /// Includes the priors of the factors, excludes log_constants() of the given problems.
   double log_evidence = 0;
   /// Number of rows of each group that the robust losses count (tandem::counted_rows).
@@ -92,8 +92,8 @@ struct Calibration {
 ///
 /// - F is the cost, x* its minimum and H the Gauss-Newton Hessian at x*, confined to the hard equalities if there are
 ///   any.
-/// - W whitens a block. Robust losses weight H by ρ′. log det W counts only counted_rows(), so outliers do not inflate
-///   θ.
+/// - W whitens a block. Robust losses weight H by ρ′. The term log det W counts only counted_rows(), so outliers do not
+///   inflate θ.
 /// - Z is the integral of the priors on the states (CalibrationOptions::measured), and p(θ) the prior of the factors.
 ///
 /// The derivative by the log factor of a group is Σ ρ′ (r² + J Σ Jᵀ) − n over its whitened rows. Here n is the number

@@ -30,15 +30,15 @@ using BuildProblems = std::function<BuiltProblems(const Eigen::VectorXd& values)
 /// Calibrated parameters and noise.
 struct BuiltCalibration {
   Status status = Status::failed;
-  std::string message;                      ///< one sentence
-  std::vector<CalibratedNoise> parameters;  ///< factors on the given values; `rows` is unused
-  Eigen::MatrixXd log_covariance;           ///< posterior covariance of the log parameters; zero if kept
-  Calibration noise;                        ///< at the calibrated parameters; log_error includes their uncertainty
-  Eigen::VectorXd values;                   ///< calibrated parameters
-  double gain = 0;                          ///< increase of the log evidence by parameters and noise
-  int iterations = 0;                       ///< steps of the parameters
-  int builds = 0;                           ///< number of calls of BuildProblems, including failed ones
-  int solves = 0;                           ///< number of solves of a single problem
+  std::string message;                      ///< One sentence.
+  std::vector<CalibratedNoise> parameters;  ///< Factors on the given values; `rows` is unused.
+  Eigen::MatrixXd log_covariance;           ///< Posterior covariance of the log parameters; zero if kept.
+  Calibration noise;                        ///< At the calibrated parameters; log_error includes their uncertainty.
+  Eigen::VectorXd values;                   ///< Calibrated parameters.
+  double gain = 0;                          ///< Increase of the log evidence by parameters and noise.
+  int iterations = 0;                       ///< Steps of the parameters.
+  int builds = 0;                           ///< Number of calls of BuildProblems, including failed ones.
+  int solves = 0;                           ///< Number of solves of a single problem.
 
   bool converged() const { return status == Status::converged; }
 };
@@ -57,8 +57,8 @@ struct BuiltCalibration {
 /// `build` is called for each value, and its problems are released soon after. `options.measured`,
 /// `initial_log_factors` and `counted_rows` are ignored. If stopped, returns the best parameters so far.
 ///
-/// `build` throws NumericalError, or an Error of its own, at values without a problem. Its BadInputError,
-/// StaleHandleError and other exceptions propagate, and at the given values every exception. Throws as calibrate().
+/// At values without a problem, `build` throws NumericalError or another Error. Its BadInputError, StaleHandleError and
+/// exceptions of other types propagate. At the given values, every exception propagates. Throws as calibrate().
 BuiltCalibration calibrate_built(const BuildProblems& build, const std::vector<BuiltParameter>& parameters,
                                  const CalibrationOptions& options = {});
 

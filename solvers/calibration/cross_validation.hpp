@@ -19,7 +19,7 @@ struct HeldOutMeasurement {
 struct HeldOutPrediction {
   std::size_t fold, index;     ///< position in the folds
   Eigen::VectorXd residual;    ///< in the measurement's units
-  Eigen::MatrixXd covariance;  ///< of the residual: prediction plus noise
+  Eigen::MatrixXd covariance;  ///< covariance of the residual: prediction plus noise
   /// log_density() under the loss of the block. If calibration changed the loss, includes the difference of
   /// log_constant().
   double log_likelihood = 0;
@@ -32,13 +32,13 @@ struct HeldOutPrediction {
 };
 
 struct CrossValidation {
-  std::vector<HeldOutPrediction> given, found;  ///< with the given noise; with the noise calibrated without the fold
-  double given_log_likelihood = 0, found_log_likelihood = 0;  ///< sums over the scored measurements
-  double gain = 0;                                            ///< found_log_likelihood − given_log_likelihood
-  double gain_error = 0;     ///< standard error of the gain, from its variation over the folds
-  bool complete = false;     ///< false if stopped, or if a fold could not be solved
-  std::string why;           ///< the reason if not complete
-  std::string unobservable;  ///< the directions, if these are the reason
+  std::vector<HeldOutPrediction> given, found;  ///< With the given noise; with the noise calibrated without the fold.
+  double given_log_likelihood = 0, found_log_likelihood = 0;  ///< Sums over the scored measurements.
+  double gain = 0;                                            ///< found_log_likelihood − given_log_likelihood.
+  double gain_error = 0;     ///< Standard error of the gain, from its variation over the folds.
+  bool complete = false;     ///< False if stopped, or if a fold could not be solved.
+  std::string why;           ///< The reason if not complete.
+  std::string unobservable;  ///< The directions, if these are the reason.
 };
 
 /// Cross-validates noise calibration. Predicts the measurements of each fold from all other data, with the given noise

@@ -14,7 +14,7 @@
 namespace tandem::detail {
 namespace {
 
-constexpr int kHalvings = 3;  // of a change of the noise that Gauss-Newton steps cannot follow
+constexpr int kHalvings = 3;  // halvings of a change of noise that Gauss-Newton steps cannot follow
 
 }  // namespace
 

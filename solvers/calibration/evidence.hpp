@@ -31,8 +31,8 @@ class Evidence {
   /// Evaluates the evidence. Solves the problems from the current values of their variables and leaves them solved.
   /// Throws Stopped on a stop request, also during the symbolic analysis of the first call.
   Value at(const Eigen::VectorXd& log_factors);
-  /// Returns the average information of the log factors at the last point, n × n: the mean of the observed and the
-  /// expected curvature of the evidence, without priors (Gilmour, Thompson & Cullis 1995, eq. 7). Empty with hard
+  /// Returns the average information of the log factors at the last point, n × n (Gilmour, Thompson & Cullis 1995, eq.
+  /// 7). This is the mean of the observed and the expected curvature of the evidence, without priors. Empty with hard
   /// blocks.
   std::optional<Eigen::MatrixXd> information();
   /// Updates counted() from the leverage of the robust blocks at the current solution. Returns whether the count of any
@@ -51,7 +51,7 @@ class Evidence {
     Block block;
     int problem;
     Gaussian given;
-    std::vector<int> group;     // of each row; −1: none
+    std::vector<int> group;     // group of each row; −1: none
     std::vector<double> share;  // NoiseRows::share of each row
     bool measured = true;
   };

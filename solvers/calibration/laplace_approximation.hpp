@@ -48,7 +48,7 @@ class LaplaceApproximation {
     const SelectedInverse* inverse = nullptr;
     const Marginals* marginals = nullptr;  ///< used instead if there are hard blocks
 
-    double log_determinant() const;  ///< of the Hessian
+    double log_determinant() const;  ///< log det of the Hessian
     /// Returns the joint covariance of variables, stacked in the order of their ids; zero for fixed variables.
     Eigen::MatrixXd joint(const std::vector<int>& variable_ids, const std::vector<int>& dofs) const;
   };

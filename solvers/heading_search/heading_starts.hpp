@@ -12,7 +12,7 @@ enum class HeadingCandidate {
   course,        ///< along the course over ground
   reversed,      ///< against the course
   shorter_turn,  ///< uniform turn between the headings around the gap
-  longer_turn,   ///< the same in the other direction
+  longer_turn,   ///< uniform turn in the other direction
 };
 inline constexpr std::array heading_candidates = {HeadingCandidate::course, HeadingCandidate::reversed,
                                                   HeadingCandidate::shorter_turn, HeadingCandidate::longer_turn};

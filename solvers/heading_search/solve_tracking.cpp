@@ -15,10 +15,10 @@
 namespace tandem {
 namespace {
 
-constexpr double kMinGap = 10.0;           // [s]; no vessel turns round unseen in less
-constexpr std::size_t kMargin = 12;        // keyframes on both sides of a gap that are solved with it
-constexpr double kMinRelativeGain = 1e-7;  // minimum decrease, relative to the cost of the whole problem
-constexpr double kReturnAngle = 0.2;       // [rad]; a trial this close to the solution is abandoned
+constexpr double kMinGap = 10.0;           // [s]; a vessel does not reverse its heading in shorter gaps.
+constexpr std::size_t kMargin = 12;        // Keyframes on both sides of a gap that are solved with it.
+constexpr double kMinRelativeGain = 1e-7;  // Minimum decrease, relative to the cost of the whole problem.
+constexpr double kReturnAngle = 0.2;       // [rad]; a trial this close to the solution is abandoned.
 // Headings that differ from a solution by less than a right angle at each keyframe lead back to it. No exception is
 // known.
 constexpr double kSameBasin = 0.5 * std::numbers::pi;

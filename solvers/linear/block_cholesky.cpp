@@ -140,7 +140,7 @@ void BlockCholesky::compile_rows(const std::vector<int>& row_in_panel) {
 }
 
 void BlockCholesky::compile_updates(const std::vector<int>& row_in_panel) {
-  const auto row_of = [&](int k, int r) {  // of block row r in the panel of k
+  const auto row_of = [&](int k, int r) {  // first row of block row r in the panel of k
     const auto begin = row_block_.begin() + row_start_[std::size_t(k)],
                end = row_block_.begin() + row_start_[std::size_t(k) + 1];
     return row_in_panel[std::size_t(std::lower_bound(begin, end, r) - row_block_.begin())];

@@ -135,12 +135,12 @@ class BlockCholesky {
 
   int n_ = 0, blocks_ = 0, failed_ = -1;
   double nonzeros_ = 0;
-  std::vector<int> size_;                   // width of each block column, in elimination order
-  std::vector<int> row_start_, row_block_;  // block rows of each block column, itself first
-  std::vector<int> panel_rows_;             // height of each panel
-  std::vector<int> panel_;                  // first entry of each panel (column-major), and the end
-  std::vector<int> first_unknown_;          // of each block column
-  std::vector<int> place_of_block_;         // elimination index of each block of the pattern
+  std::vector<int> size_;                   // Width of each block column, in elimination order.
+  std::vector<int> row_start_, row_block_;  // Block rows of each block column, itself first.
+  std::vector<int> panel_rows_;             // Height of each panel.
+  std::vector<int> panel_;                  // First entry of each panel (column-major), and the end.
+  std::vector<int> first_unknown_;          // First unknown of each block column.
+  std::vector<int> place_of_block_;         // Elimination index of each block of the pattern.
   // Two independent halves and their separator. Without a separator, only the last part is used.
   std::array<Section, 3> parts_;
   std::vector<int> separator_columns_;  // block columns of the halves with rows in the separator

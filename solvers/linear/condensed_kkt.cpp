@@ -7,12 +7,12 @@
 namespace tandem::detail {
 namespace {
 
-constexpr double kRegularization = 1e-8;    // of equalities, relative to the compliance of the cost along the row
-constexpr double kInequalityFactor = 1e-4;  // regularisation relative to that of equalities; the slacks add to it
-// Of all rows in the pivoted factorisation, relative to the least term of the compliance. It only has to exceed rounding,
-// for redundant rows.
+constexpr double kRegularization = 1e-8;    // For equalities, relative to the compliance of the cost along the row.
+constexpr double kInequalityFactor = 1e-4;  // Regularisation relative to that of equalities; the slacks add to it.
+// Regularisation of all rows in the pivoted factorisation, relative to the least term of the compliance. It only has to
+// exceed rounding, for redundant rows.
 constexpr double kPivotedRegularization = 1e-11;
-constexpr double kNegligibleTerm = 1e-12;  // of the compliance, relative to the sum
+constexpr double kNegligibleTerm = 1e-12;  // term of the compliance, relative to the sum
 
 }  // namespace
 

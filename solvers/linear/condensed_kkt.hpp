@@ -20,17 +20,19 @@ namespace tandem::detail {
 ///     | Jd   B    0    −D   |
 ///
 /// Slacks and multipliers are eliminated first. The remaining matrix M = H + Jcᵀ C⁻¹ Jc + Jdᵀ S (B² + D S)⁻¹ Jd has the
-/// blocks of H, because the variables of a constraint are neighbours in its pattern. The pivots before M have known
-/// signs. M is thus positive definite if and only if the whole matrix has one negative eigenvalue per constraint, the
-/// inertia of a descent direction.
+/// blocks of H: its pattern connects the variables of each constraint. The pivots before M have known signs. M is thus
+/// positive definite if and only if the whole matrix has one negative eigenvalue per constraint, the inertia of a
+/// descent direction.
 ///
 /// M needs C⁻¹, and loses H to rounding if S is very large. C and D are therefore raised to a small part of Jᵢ
-/// diag(H)⁻¹ Jᵢᵀ of the row: 1e-8 for equalities, and 1e-4 of that for inequalities, which also have S. solve() returns
-/// the solution of the modified matrix. The iterative refinement of the interior-point method corrects the difference.
+/// diag(H)⁻¹ Jᵢᵀ of the row. The part is 1e-8 for equalities, and 1e-12 for inequalities, which also have S. The
+/// function solve() returns the solution of the modified matrix. The iterative refinement of the interior-point method
+/// corrects the difference.
 ///
-/// The refinement fails if H has next to no curvature along a variable, for example one that only constraints read: the
-/// modification is then large for the other variables of its rows. factorize() with `pivoted` remains accurate: an LU
-/// factorisation with pivoting solves the whole matrix, and M, with a smaller modification, only tells the inertia.
+/// The refinement fails if H has almost no curvature along a variable, for example one that only constraints read. The
+/// modification is then large for the other variables of its rows. The option `pivoted` of factorize() remains
+/// accurate. It solves the whole matrix by an LU factorisation with pivoting. M, with a smaller modification, then
+/// gives only the inertia.
 ///
 /// If the NLP has at least as many equalities as unknowns, padding unknowns follow x. They are uncoupled and have a
 /// positive diagonal entry.
@@ -85,9 +87,9 @@ class CondensedKkt {
 
   Vector hessian_;  // H, then M
   Vector jacobian_;
-  Vector diagonal_;     // of the padding, S, −C, −D
+  Vector diagonal_;     // diagonal of padding, S, −C, −D
   Vector coupling_;     // B
-  Vector compliance_;   // of the cost along each constraint
+  Vector compliance_;   // compliance of the cost along each constraint
   Vector regularized_;  // C and D after regularisation
   Vector weights_;      // weight of each row of the NLP in M
   Vector curvature_, x_, rows_;

@@ -21,13 +21,13 @@ struct ConstrainedFront {
 
   /// False if a direction of f is neither constrained nor has information. The other members are then not set.
   bool positive = true;
-  Eigen::MatrixXd Tt;          ///< Tᵀ, (m − n) × n
-  Eigen::MatrixXd D;           ///< n × n; its rank is the number of unconstrained directions
-  Eigen::MatrixXd A, B;        ///< H of s decreases by A Bᵀ; both m × any, first n rows unused
-  Eigen::VectorXd added;       ///< m − n: upper bound of the increase of the diagonal of H of s by constraints
-  Eigen::MatrixXd remaining;   ///< constraints that remain on s, any × (m − n)
-  Eigen::VectorXd pivots;      ///< of the unconstrained directions of f
-  Eigen::MatrixXd directions;  ///< the unconstrained directions, n × any
+  Eigen::MatrixXd Tt;          ///< Tᵀ, (m − n) × n.
+  Eigen::MatrixXd D;           ///< n × n; its rank is the number of unconstrained directions.
+  Eigen::MatrixXd A, B;        ///< H of s decreases by A Bᵀ; both m × any, first n rows unused.
+  Eigen::VectorXd added;       ///< m − n: upper bound of the increase of the diagonal of H of s by constraints.
+  Eigen::MatrixXd remaining;   ///< Constraints that remain on s, any × (m − n).
+  Eigen::VectorXd pivots;      ///< Pivots of the unconstrained directions of f.
+  Eigen::MatrixXd directions;  ///< The unconstrained directions, n × any.
 };
 
 }  // namespace tandem::detail

@@ -10,7 +10,7 @@ std::optional<std::string> EventQueue::why_invalid_stamp(const std::string& name
   if (!std::isfinite(stamp)) return name + ": the time stamp is not finite";
   const bool ahead = started && stamp > clock_ + max_ahead_;
   if (!ahead || (ahead_ && std::abs(stamp - *ahead_) <= max_ahead_)) {
-    ahead_.reset();  // a good stamp in between: equal wrong stamps do not confirm each other
+    ahead_.reset();  // a good stamp came between them, so equal wrong stamps do not confirm each other
     return {};
   }
   ahead_ = stamp;

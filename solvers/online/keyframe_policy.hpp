@@ -9,10 +9,10 @@ namespace tandem::detail {
 
 /// The state of an online estimator that decides where the next keyframe is placed.
 struct OnlineProgress {
-  double newest = -HUGE_VAL;          ///< newest keyframe [s]; −∞ before the first
-  double interval = 1.0;              ///< time between keyframes without measurements [s]
-  double motion_end = -HUGE_VAL;      ///< end of the known motion of the chaser [s]
-  double keyframe_limit = -HUGE_VAL;  ///< latest time of a keyframe without measurements [s]
+  double newest = -HUGE_VAL;          ///< Newest keyframe [s]; −∞ before the first.
+  double interval = 1.0;              ///< Time between keyframes without measurements [s].
+  double motion_end = -HUGE_VAL;      ///< End of the known motion of the chaser [s].
+  double keyframe_limit = -HUGE_VAL;  ///< Latest time of a keyframe without measurements [s].
   /// There are sensors of the target. A measurement that creates a keyframe may still arrive until the motion is past
   /// its time.
   bool expects_target = false;

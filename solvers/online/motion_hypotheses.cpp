@@ -12,23 +12,23 @@ namespace tandem {
 namespace {
 
 constexpr double kSameTime = 1e-3;           // s
-constexpr double kMaxStep = 1.0;             // longest integration step [s]
-constexpr double kInitialSpeedSigma = 5.0;   // standard deviation of the velocity at the first fix [m/s]
-constexpr double kInitialSlopeSigma = 0.01;  // standard deviation of the slopes at the first fix
-constexpr double kForgettingFactor = 0.85;   // of the log likelihood of a hypothesis, per fix
+constexpr double kMaxStep = 1.0;             // Longest integration step [s].
+constexpr double kInitialSpeedSigma = 5.0;   // Standard deviation of the velocity at the first fix [m/s].
+constexpr double kInitialSlopeSigma = 0.01;  // Standard deviation of the slopes at the first fix.
+constexpr double kForgettingFactor = 0.85;   // Factor on the log likelihood of a hypothesis, per fix.
 // Limit of the log likelihood ratio of noise scales, so that each can recover.
 constexpr double kMaxDisadvantage = 30;
-constexpr double kNegligibleWeight = 1e-4;  // relative weight below which predictions omit a noise scale
-constexpr double kCourseFailed = 20;        // log likelihood ratio at which a course is discarded
-constexpr double kNewCoursePenalty = 3;     // subtracted from the initial log weight of a new course
-constexpr double kMovingThreshold = 2.5;    // speed over its lateral standard deviation, above which a course begins
-constexpr double kCourseSigma = 0.05;       // of the heading about the direction of travel [rad]
-constexpr double kMaxYawRateSigma = 0.1;    // of the initial yaw rate of a course [rad/s]
+constexpr double kNegligibleWeight = 1e-4;  // Relative weight below which predictions omit a noise scale.
+constexpr double kCourseFailed = 20;        // Log likelihood ratio at which a course is discarded.
+constexpr double kNewCoursePenalty = 3;     // Subtracted from the initial log weight of a new course.
+constexpr double kMovingThreshold = 2.5;    // Speed over its lateral standard deviation, above which a course begins.
+constexpr double kCourseSigma = 0.05;       // σ of the heading about the direction of travel [rad].
+constexpr double kMaxYawRateSigma = 0.1;    // Limit of σ of the initial yaw rate of a course [rad/s].
 constexpr double kSwaySigma = 0.05;         // m/s
-constexpr double kMinWeight = 1e-6;         // of a fix under its loss
-constexpr double kOutlier = 12;             // NIS beyond its mean, above which fixes are equally unlikely
-constexpr double kGapTime = 100;            // decay time of the weights of the noise scales without fixes [s]
-constexpr double kMaxSteps = 1000;          // per prediction
+constexpr double kMinWeight = 1e-6;         // Least weight of a fix under its loss.
+constexpr double kOutlier = 12;             // NIS beyond its mean, above which fixes are equally unlikely.
+constexpr double kGapTime = 100;            // Decay time of the weights of the noise scales without fixes [s].
+constexpr double kMaxSteps = 1000;          // Per prediction.
 
 /// Updates a Kalman filter with rows H x = z, of innovation e and noise R, which the loss inflates. Returns the log
 /// likelihood up to a constant. The likelihood uses R without inflation, which would reward filters that call a fix an

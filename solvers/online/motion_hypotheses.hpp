@@ -30,13 +30,13 @@ struct TargetMoments {
 
 /// Noise of the target's motion, as root spectral densities. All values must be finite.
 struct HypothesesNoise {
-  double drift;       ///< acceleration of the drift hypothesis along x and y [m s^-3/2]
-  double drift_time;  ///< time constant of its velocity [s]
-  double surge;       ///< acceleration along a course [m s^-3/2]
-  double yaw_rate;    ///< angular acceleration [rad s^-3/2]
-  double yaw_time;    ///< time constant of the yaw rate [s]
-  double climb;       ///< random walk of the height, for both hypotheses [m/√s]
-  double tilt;        ///< random walk of the tilt of the frame, about each horizontal axis [rad/√s]
+  double drift;       ///< Acceleration of the drift hypothesis along x and y [m s^-3/2].
+  double drift_time;  ///< Time constant of its velocity [s].
+  double surge;       ///< Acceleration along a course [m s^-3/2].
+  double yaw_rate;    ///< Angular acceleration [rad s^-3/2].
+  double yaw_time;    ///< Time constant of the yaw rate [s].
+  double climb;       ///< Random walk of the height, for both hypotheses [m/√s].
+  double tilt;        ///< Random walk of the tilt of the frame, about each horizontal axis [rad/√s].
 };
 
 /// Estimates and predicts the newest state of a target with a bank of Kalman filters. There are two motion hypotheses:
@@ -54,7 +54,7 @@ struct HypothesesNoise {
 /// forgetting. During a long gap without fixes, the weights of the noise scales return to equal.
 ///
 /// The target stays near a horizontal plane. The dead-reckoning frame tilts slowly, so the slope of the plane is a
-/// state. The tilt of the line of sight is covered by `climb`, up to a distance of 80 m for odometry of 0.0006 rad/√s.
+/// state. `climb` covers the tilt of the line of sight up to a distance of 80 m, for odometry noise of 0.0006 rad/√s.
 ///
 /// Fixes may arrive in any order within the stored history. Results are deterministic. Only the newest state is
 /// estimated; the smoother estimates the past. Source: Bar-Shalom, Li & Kirubarajan 2001, Estimation with Applications

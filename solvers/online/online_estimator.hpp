@@ -110,12 +110,12 @@ class OnlineEstimator {
   /// world axes. Nothing if the chaser moves by odometry, or has no covariance.
   std::optional<Alignment> handover_start() const;
 
-  bool started() const;           ///< the chaser is initialised
-  bool has_target() const;        ///< the target is initialised
-  double newest() const;          ///< time of the newest keyframe [s]
-  double oldest() const;          ///< time of the oldest keyframe in the window [s]
-  std::size_t keyframes() const;  ///< number of keyframes in the window
-  double cost() const;            ///< cost of the window at the last update
+  bool started() const;           ///< The chaser is initialised.
+  bool has_target() const;        ///< The target is initialised.
+  double newest() const;          ///< Time of the newest keyframe [s].
+  double oldest() const;          ///< Time of the oldest keyframe in the window [s].
+  std::size_t keyframes() const;  ///< Number of keyframes in the window.
+  double cost() const;            ///< Cost of the window at the last update.
 
   /// Returns the chaser at the newest keyframe; velocity and bias are zero with odometry.
   EgoState chaser() const;

@@ -109,14 +109,14 @@ class OnlineEstimator::Streams {
   std::deque<ImuSample> recent_samples_;          // since the newest keyframe, for a reset
   double last_imu_ = -HUGE_VAL;
   double aligned_ = -HUGE_VAL;  // time of the last alignment [s]
-  MaybeRejection rejected_;     // of the current call
+  MaybeRejection rejected_;     // rejection of the current call
   bool finished_ = false;
-  bool changing_ = false;         // within change() or reset()
-  bool reset_requested_ = false;  // by a hook
+  bool changing_ = false;         // Within change() or reset().
+  bool reset_requested_ = false;  // Requested by a hook.
   // Since the last update:
-  std::optional<Clock::time_point> due_;  // time of the first change that needs an update
-  bool new_keyframe_ = false;             // a keyframe was added
-  bool pending_ = false;                  // measurements of the chaser wait for the next update
+  std::optional<Clock::time_point> due_;  // Time of the first change that needs an update.
+  bool new_keyframe_ = false;             // A keyframe was added.
+  bool pending_ = false;                  // Measurements of the chaser wait for the next update.
 };
 
 }  // namespace tandem

@@ -95,13 +95,13 @@ void OnlineWindow::track_replaced_biases(Sensors& sensors, bool unknown) {
   sensors.each_superseded_bias([&](double t, const auto& x) { lag_.track(std::max(t, lag_.oldest()), x); });
 }
 
-/// To be called when variables are added. The covariance can be extended to them by their own residuals.
+/// Must be called when variables are added. The covariance can be extended to them by their own residuals.
 void OnlineWindow::mark_covariance_extendable() {
   if (covariance_ == Covariance::current) covariance_ = Covariance::extendable;
   if (covariance_ == Covariance::unavailable) covariance_ = Covariance::stale;
 }
 
-/// Brings the covariance up to date for the gate. Returns whether there is one.
+/// Updates the covariance for the gate. Returns whether a covariance exists.
 bool OnlineWindow::update_covariance() {
   if (!std::isfinite(options_.reset.gate)) return false;
   if (covariance_ == Covariance::extendable) covariance_ = lag_.extend() ? Covariance::current : Covariance::stale;

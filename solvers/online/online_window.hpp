@@ -108,7 +108,7 @@ class OnlineWindow {
   std::optional<Matrix<3, 3>> relative_covariance() const;
   struct Forecast {
     TargetState state;        // in the world
-    Matrix<3, 3> covariance;  // of the position relative to the newest chaser pose
+    Matrix<3, 3> covariance;  // covariance of the position relative to the newest chaser pose
   };
   std::optional<Forecast> forecast(double h) const;
   std::optional<TargetState> extrapolated_target(double h) const;

@@ -88,7 +88,7 @@ StreamClocks::Verdict StreamClocks::classify(std::size_t stream, double stamp) {
   return Verdict::hold;
 }
 
-/// Detects the unit of the stamps. Returns false if this line must wait, as the line that decides the unit still must.
+/// Detects the unit of the stamps. Returns false if this line must wait for the line that decides the unit.
 bool StreamClocks::find_unit(std::size_t stream, double stamp) {
   if (streams_[stream].motion && (first_stamps_.empty() || stream == first_motion_)) {
     first_motion_ = stream;

@@ -10,11 +10,11 @@ namespace tandem {
 
 /// Tolerances for time stamps, in seconds of the common time.
 struct ClockOptions {
-  double max_lead = 2.0;      ///< lines further ahead of the common time are held; at least five periods of the motion
-  double max_lag = 60.0;      ///< lines further behind the common time are held
-  double confirm_time = 1.0;  ///< held lines are released once at least two of them continue over this time
-  double max_pause = 86400;   ///< a longer jump of all streams is a clock step, a shorter one a pause
-  double settling_time = 10;  ///< if the motion jumps back while the common time is younger, it is reset
+  double max_lead = 2.0;      ///< Lines further ahead of the common time are held; at least five periods of the motion.
+  double max_lag = 60.0;      ///< Lines further behind the common time are held.
+  double confirm_time = 1.0;  ///< Held lines are released once at least two of them continue over this time.
+  double max_pause = 86400;   ///< A longer jump of all streams is a clock step, a shorter one a pause.
+  double settling_time = 10;  ///< If the motion jumps back while the common time is younger, it is reset.
 };
 
 /// Synchronises the clocks of several streams, line by line, to a common time in seconds. Detects stamps in milli-,
@@ -35,12 +35,12 @@ class StreamClocks {
   std::function<void(const std::string&)> on_notice;
 
   enum class Verdict {
-    use,             ///< use the line at time()
-    wait,            ///< keep this and all following lines until is_ready(), then classify them
-    hold,            ///< keep the line until its stream is in released() or dropped()
-    not_increasing,  ///< discard the line: earlier than the last one of its stream
-    repeated,        ///< discard the line: the same stamp as the last one
-    invalid,         ///< discard the line: the stamp is not finite
+    use,             ///< Use the line at time().
+    wait,            ///< Keep this and all following lines until is_ready(), then classify them.
+    hold,            ///< Keep the line until its stream is in released() or dropped().
+    not_increasing,  ///< Discard the line: earlier than the last one of its stream.
+    repeated,        ///< Discard the line: the same stamp as the last one.
+    invalid,         ///< Discard the line: the stamp is not finite.
   };
   /// Classifies the next line of a stream by its stamp.
   Verdict classify(std::size_t stream, double stamp);
@@ -113,7 +113,7 @@ class StreamClocks {
   bool ready_ = false;
   std::size_t waiting_ = 0;
   std::size_t first_motion_ = 0;
-  std::vector<double> first_stamps_;  // of stream first_motion_
+  std::vector<double> first_stamps_;  // first stamps of the stream first_motion_
   double clock_ = -HUGE_VAL, base_ = -HUGE_VAL;
   std::vector<Dropped> dropped_;
   std::vector<std::size_t> released_;

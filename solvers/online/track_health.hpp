@@ -17,17 +17,17 @@ struct ResetOptions {
   /// A measurement is rejected if its innovation exceeds this many standard deviations in any row; for a pose, in any
   /// row of the position. Infinite: uses all finite measurements.
   double gate = 5.0;
-  /// The estimate is reset to a sensor that contradicts it: if at least `rejections` of its last `rejection_window`
-  /// measurements were rejected, over at least `reset_after`, and no other sensor of the same quantity was used
-  /// meanwhile.
+  /// The estimate is reset to a sensor that contradicts it. At least `rejections` of its last `rejection_window`
+  /// measurements must have been rejected, over at least `reset_after`. No other sensor of the same quantity may have
+  /// been used meanwhile.
   int rejection_window = 4, rejections = 3;
   double reset_after = 7.0;
   /// After a longer gap in the measurements, the estimate is suspended until the next one.
   double max_gap = 60.0;
-  double unconverged_after = 30.0;  ///< the estimate is reset after at least 10 unconverged updates over this time
+  double unconverged_after = 30.0;  ///< The estimate is reset after at least 10 unconverged updates over this time.
   // For OutputHealth:
-  double lost_after = 20.0;     ///< an output is lost after a longer gap in the used measurements
-  double invalid_after = 40.0;  ///< an output is invalid after a longer gap, or this time without a converged update
+  double lost_after = 20.0;     ///< An output is lost after a longer gap in the used measurements.
+  double invalid_after = 40.0;  ///< An output is invalid after a longer gap, or this time without a converged update.
 
   /// Returns options that use all finite measurements, never reset and report all outputs as aided.
   static ResetOptions never() {

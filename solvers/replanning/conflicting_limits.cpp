@@ -81,8 +81,8 @@ std::vector<PlanLimit> conflicting_limits(const VehicleModel<N>& vehicle, const 
   };
   std::vector<PlanLimit> conflict;
   if (possible(vehicle, plan)) return conflict;
-  // The requested limits come first, as long as the vehicle has its own: if a plan without the requested limits exists,
-  // at least one of them is reported. Of two interchangeable limits, the later one is reported.
+  // Tests the requested limits first, with the vehicle's own limits still in force. If a plan without the requested
+  // limits exists, at least one of them is thus reported. If two limits are interchangeable, the later one is reported.
   for (const PlanLimit limit : {PlanLimit::depth, PlanLimit::roll_pitch, PlanLimit::view, PlanLimit::approach,
                                 PlanLimit::keep_out, PlanLimit::commands, PlanLimit::twist}) {
     if (!is_asked(plan, limit)) continue;

@@ -13,22 +13,22 @@
 namespace tandem {
 namespace {
 
-constexpr double kSqpPenalty = 1e7;                  // weight of the constraints, relative to the stiffness of the cost
-constexpr std::array kFirstDampings{0.1, 0.3, 1.0};  // of the first steps, relative to the curvature of the cost
-constexpr double kMinDamping = 1.0, kMaxDamping = 1e3;    // range of the damping in later steps
-constexpr double kMinCurvedDamping = 0.05;                // minimum if the curvature of the constraints is used
-constexpr double kMinWarmDamping = 0.01;                  // minimum near a solution, if started from multipliers
-constexpr int kCurvatureAfter = 4, kCurvaturePeriod = 4;  // iterations before and between evaluations of the curvature
-constexpr double kReliableViolation = 1e-3;               // violation below which the multipliers are reliable
-constexpr int kMaxCurvatureDelay = 10;                    // iterations after which the multipliers are used regardless
-constexpr double kIndefiniteFactor = 10;                  // growth of the damping while the Hessian is indefinite
-constexpr double kMaxIndefiniteDamping = 1e8;             // limit of this damping
-constexpr double kLargeDecrease = 0.1, kSmallDecrease = 0.5;      // violation after over before a step
-constexpr double kDampingDecrease = 0.5, kDampingIncrease = 3.0;  // factors of the damping after these
-constexpr double kWarmDampingDecrease = 0.1;                      // the same near a solution
-constexpr double kMinFraction = 1.0 / 64.0;                       // minimum fraction of a step
-constexpr double kRestorationTarget = 0.5;     // ratio of the violations after and before a restoration
-constexpr double kMinRestorationRatio = 1e-4;  // minimum acceptance ratio of a restoration step
+constexpr double kSqpPenalty = 1e7;                     // Weight of constraints, relative to the stiffness of the cost.
+constexpr std::array kFirstDampings{0.1, 0.3, 1.0};     // First steps; relative to the curvature of the cost.
+constexpr double kMinDamping = 1.0, kMaxDamping = 1e3;  // Range of the damping in later steps.
+constexpr double kMinCurvedDamping = 0.05;              // Minimum if the curvature of the constraints is used.
+constexpr double kMinWarmDamping = 0.01;                // Minimum near a solution, if started from multipliers.
+constexpr int kCurvatureAfter = 4, kCurvaturePeriod = 4;  // Iterations before and between evaluations of the curvature.
+constexpr double kReliableViolation = 1e-3;               // Violation below which the multipliers are reliable.
+constexpr int kMaxCurvatureDelay = 10;                    // Iterations after which multipliers are used in any case.
+constexpr double kIndefiniteFactor = 10;                  // Growth of the damping while the Hessian is indefinite.
+constexpr double kMaxIndefiniteDamping = 1e8;             // Limit of this damping.
+constexpr double kLargeDecrease = 0.1, kSmallDecrease = 0.5;      // Violation after over before a step.
+constexpr double kDampingDecrease = 0.5, kDampingIncrease = 3.0;  // Factors of the damping after these.
+constexpr double kWarmDampingDecrease = 0.1;                      // Factor of the damping near a solution.
+constexpr double kMinFraction = 1.0 / 64.0;                       // Minimum fraction of a step.
+constexpr double kRestorationTarget = 0.5;     // Ratio of the violations after and before a restoration.
+constexpr double kMinRestorationRatio = 1e-4;  // Minimum acceptance ratio of a restoration step.
 
 LevenbergMarquardtOptions without_secants() {
   LevenbergMarquardtOptions options;

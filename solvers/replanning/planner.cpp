@@ -19,9 +19,9 @@ namespace {
 constexpr double kPlanPenalty = 1e7;
 // Factor of the time at which a plan follows the target fully: 2 means at half of its duration.
 constexpr double kFollowRate = 2.0;
-constexpr double kFollowDistance = 5.0;  // [m]; within this distance of the target, a plan follows it fully
-constexpr int kMaxShifts = 3;            // number of shifts before each fresh start from a roll-out
-constexpr int kPursuitCorrections = 2;   // corrections of a roll-out's command for the velocity that it reaches
+constexpr double kFollowDistance = 5.0;  // [m]; within this distance of the target, a plan follows it fully.
+constexpr int kMaxShifts = 3;            // Number of shifts before each fresh start from a roll-out.
+constexpr int kPursuitCorrections = 2;   // Corrections of a roll-out's command for the velocity that it reaches.
 // Tolerance on the predicted decrease of the cost, and iterations, of DampedSqp from a roll-out. DampedSqp ends at the
 // same local minimum from slightly different starts; an interior-point method often does not.
 constexpr double kFirstCostTolerance = 1e-6;

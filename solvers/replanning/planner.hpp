@@ -21,10 +21,10 @@ std::string_view name(PlanSolver solver);
 
 struct PlannerOptions {
   PlanSolver solver = PlanSolver::ipopt;
-  bool refine = true;                                         ///< try DampedSqp first, which takes milliseconds
-  double deadline = std::numeric_limits<double>::infinity();  ///< time limit of a plan [s]
-  int max_iterations = 300;                                   ///< of the solver
-  int max_warm_iterations = 60;                               ///< of the solver if the previous plan is a fallback
+  bool refine = true;                                         ///< Try DampedSqp first, which takes milliseconds.
+  double deadline = std::numeric_limits<double>::infinity();  ///< Time limit of a plan [s].
+  int max_iterations = 300;                                   ///< Iterations of the solver.
+  int max_warm_iterations = 60;                               ///< Iterations if the previous plan is a fallback.
   /// Iterations of DampedSqp if the previous plan is a fallback, and for a coupled plan. Afterwards a feasible iterate
   /// or the fallback is used.
   int max_warm_refinements = 25;
@@ -42,8 +42,8 @@ struct ActiveConstraint {
 };
 
 enum class PlanOrigin {
-  solved,   ///< the solver converged
-  stopped,  ///< the solver stopped at a feasible point: deadline or iteration limit
+  solved,   ///< The solver converged.
+  stopped,  ///< The solver stopped at a feasible point: deadline or iteration limit.
   /// The solver found no feasible point; this is the last plan, shifted by a step and started from the chaser's present
   /// state.
   shifted,
@@ -60,9 +60,9 @@ template <int N>
 struct PlanResult {
   Plan<N> plan;
   PlanOrigin origin;
-  double max_violation;          ///< of the hard constraints, by this plan
+  double max_violation;          ///< largest violation of the hard constraints by this plan
   std::string worst_constraint;  ///< most violated constraint if above kPlanTolerance
-  Summary summary;               ///< of the last solve
+  Summary summary;               ///< result of the last solve
   bool coupled = false;          ///< the target's estimate was part of the problem
   bool accepted() const { return tandem::accepted(origin, summary.status, max_violation); }
 };
@@ -131,11 +131,11 @@ class Planner {
   std::unique_ptr<NlpEvaluator> check_;  ///< evaluates plans that no solver has evaluated
   std::unique_ptr<PlanProblem<N>> coupled_;
   VehicleStep<N> step_;
-  std::optional<Plan<N>> last_;   ///< shifted to the next instant
-  std::vector<SE3> last_target_;  ///< target of the last plan, shifted likewise
-  int shifts_ = 0;                ///< consecutive shifts of the last plan
-  int solver_failures_ = 0;  ///< plans since the solver behind DampedSqp failed; it is skipped for a few plans then
-  std::vector<Eigen::VectorXd> multipliers_;  ///< of each step, shifted likewise; empty if the last plan is not optimal
+  std::optional<Plan<N>> last_;   ///< Shifted to the next instant.
+  std::vector<SE3> last_target_;  ///< Target of the last plan, shifted likewise.
+  int shifts_ = 0;                ///< Consecutive shifts of the last plan.
+  int solver_failures_ = 0;  ///< Plans since the solver behind DampedSqp failed; it is skipped for a few plans then.
+  std::vector<Eigen::VectorXd> multipliers_;  ///< Per step, shifted likewise; empty if the last plan is not optimal.
 };
 
 extern template class Planner<3>;
