@@ -1,7 +1,7 @@
 /// Solve time with hard constraints on docking_a (non-holonomic motion, limits of surge and yaw rate) from the standard
-/// initial guess. augmented_lagrangian and Ipopt alternate, so both see the same machine load. "ratio" is the median
-/// time of Ipopt divided by that of augmented_lagrangian. Times include the sparsity pattern and the symbolic analysis,
-/// but not building the problem.
+/// initial guess. Solves by augmented_lagrangian and Ipopt alternate, so that both have the same machine load. "ratio"
+/// is the median time of Ipopt divided by that of augmented_lagrangian. Times include the sparsity pattern and the
+/// symbolic analysis, but not building the problem.
 
 #include <cmath>
 

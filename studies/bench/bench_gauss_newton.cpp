@@ -1,5 +1,5 @@
 /// Solve time of Mode A on docking_a from the standard initial guess: gauss_newton against Ceres with SuiteSparse, with
-/// the same residual code. "to_reference" stops at (1 + 1e-6) times the reference cost, "to_convergence" at the
+/// the same residual code. The row "to_reference" stops at (1 + 1e-6) times the reference cost, "to_convergence" at the
 /// solver's own tolerances. Times include the sparsity pattern and the symbolic analysis, but not building the problem.
 
 #include <benchmark/benchmark.h>

@@ -1,8 +1,8 @@
 /// Online tracking of a target, by the default of `tandem track` and by its alternatives, against a constant-velocity
-/// Kalman filter. Prints the mean error of the newest relative position at keyframes with a position, a pose and no
-/// measurement, and of 5 s and 10 s predictions, with their mean NEES (3 degrees of freedom). Also prints the heading error at position
-/// keyframes and the processor time of updates. Ratios are relative to the best of nine filter settings, chosen per
-/// number.
+/// Kalman filter. Prints the mean error and the mean NEES (3 degrees of freedom) of the newest relative position at
+/// keyframes with a position, a pose and no measurement. Prints the same for 5 s and 10 s predictions. Also prints the
+/// heading error at position keyframes and the processor time of updates. Ratios are relative to the best of nine
+/// filter settings, chosen per number.
 ///   bench_online SCENARIO...     folders with truth and odometry
 
 #include <array>

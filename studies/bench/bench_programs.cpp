@@ -1,6 +1,7 @@
-/// Solves the problems of Hock & Schittkowski 1981 by all solvers, with the options' defaults. Prints a line per solver:
-/// the problems, those that converged, those of them at the minimum that the collection states, the median and the largest
-/// number of iterations, and the largest stationarity and violation where it converged, both checked by independent code.
+/// Solves the problems of Hock & Schittkowski 1981 by all solvers, with the options' defaults. Prints a line per solver
+/// with these numbers: problems, converged problems, those of them at the minimum of the collection, and the median and
+/// the largest number of iterations. Independent code checks the largest stationarity and violation of converged
+/// problems.
 ///   bench_programs
 
 #include <algorithm>
@@ -24,7 +25,7 @@ namespace {
 using namespace tandem;
 
 constexpr double kLeastCurvature = 1e-4;  // all unknowns are of order 1
-constexpr double kTolerance = 1e-5;       // of the minimum, relative to 1 + |minimum|
+constexpr double kTolerance = 1e-5;       // error of the minimum, relative to 1 + |minimum|
 
 void measure(const std::string& name, const std::function<Summary(Problem&)>& solve_by) {
   std::size_t problems = 0, converged = 0, at_minimum = 0;

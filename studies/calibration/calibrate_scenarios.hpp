@@ -13,11 +13,11 @@
 namespace tandem {
 
 struct ScenarioCalibrationOptions {
-  std::vector<std::string> free;  ///< noise entries ("usbl") and parameters ("usbl.x"); empty: all that have residuals
-  bool noise = true;              ///< false: keeps the given noise and estimates constant systematic errors only
-  double prior = 1.0;             ///< NoiseGroup::prior of all groups
-  int folds = 5;                  ///< number of cross-validation folds; 0: none
-  int profile_points = 0;         ///< CalibrationOptions::profile_points; if positive, also profiles the constants
+  std::vector<std::string> free;  ///< Noise entries ("usbl") and parameters ("usbl.x"); empty: all that have residuals.
+  bool noise = true;              ///< False: keeps the given noise and estimates constant systematic errors only.
+  double prior = 1.0;             ///< NoiseGroup::prior of all groups.
+  int folds = 5;                  ///< Number of cross-validation folds; 0: none.
+  int profile_points = 0;         ///< CalibrationOptions::profile_points; if positive, also profiles the constants.
   TrackingOptions target{};
   NavigationOptions own{};
   Stop stop{};                                            ///< ends the calibration with the best estimates so far

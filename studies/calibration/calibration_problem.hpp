@@ -15,13 +15,13 @@ namespace tandem {
 
 /// A noise entry of a scenario, and where its rows are in the problem.
 struct CalibratedEntry {
-  std::string name;                     ///< a sensor ("usbl") or another noise entry ("constant_twist")
-  std::string kind;                     ///< sensor type, "" for other entries; must agree between scenarios
-  std::vector<std::string> components;  ///< "x", "roll", "range", …; "" for a single component
-  std::vector<bool> angle;              ///< whether each component is an angle [rad]
-  std::vector<double> sigmas;           ///< given values, in the axes of the files like `components`
-  std::vector<int> row;                 ///< index of each component among the rows in the problem
-  bool sensor = false;                  ///< noise of a sensor
+  std::string name;                     ///< A sensor ("usbl") or another noise entry ("constant_twist").
+  std::string kind;                     ///< Sensor type, "" for other entries; must agree between scenarios.
+  std::vector<std::string> components;  ///< "x", "roll", "range", …; "" for a single component.
+  std::vector<bool> angle;              ///< Whether each component is an angle [rad].
+  std::vector<double> sigmas;           ///< Given values, in the axes of the files like `components`.
+  std::vector<int> row;                 ///< Index of each component among the rows in the problem.
+  bool sensor = false;                  ///< Noise of a sensor.
   /// Noise of a chaser sensor other than position fixes; if the sensor has a bias state, the noise of the bias instead.
   /// Between fixes, only this noise can account for slow errors of the position.
   bool dead_reckoning = false;
@@ -36,10 +36,10 @@ struct EntryBlock {
   std::size_t entry;  ///< index in CalibrationProblem::entries
   Block block;
   int first = 0;
-  std::optional<double> measured_at = {};  ///< time stamp [s], if the block is a measurement
-  double share = 1;                        ///< NoiseRows::share of the first `shared` rows; the others have 1
-  int shared = -1;                         ///< −1: all rows
-  bool primary = true;                     ///< false: a second block of a measurement that another block represents
+  std::optional<double> measured_at = {};  ///< Time stamp [s], if the block is a measurement.
+  double share = 1;                        ///< NoiseRows::share of the first `shared` rows; the others have 1.
+  int shared = -1;                         ///< −1: all rows.
+  bool primary = true;                     ///< False: a second block of a measurement that another block represents.
 };
 
 /// The problem of one scenario, and the noise entries of its blocks.

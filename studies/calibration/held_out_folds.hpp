@@ -11,7 +11,7 @@ namespace tandem {
 /// The folds of a cross-validation. Each fold consists of time segments spread over the recordings.
 struct HeldOutFolds {
   std::vector<std::vector<HeldOutMeasurement>> folds;
-  std::vector<double> segment_length;  ///< of each problem [s]; empty without folds
+  std::vector<double> segment_length;  ///< per problem [s]; empty without folds
 };
 
 /// Assigns all measurements to `n` folds: consecutive segments of 10 s or less go to the folds in turn.

@@ -11,7 +11,7 @@
 
 namespace tandem {
 
-/// A parameter that a problem is built from, named by `--free`: a time constant of the target's motion
+/// A parameter that a problem is built from, named by `--free`. It is a time constant of the target's motion
 /// ("twist_time.x"), the correlation time of a sensor's error ("lidar.time"), or the degrees of freedom of a loss
 /// ("usbl.dof").
 struct ModelParameter {

@@ -23,7 +23,7 @@ class NoiseParameters {
   bool has(const std::string& name) const;
 
   std::vector<NoiseGroup> groups;
-  std::vector<std::size_t> entry, component;  ///< of each group: index of its entry and of its component
+  std::vector<std::size_t> entry, component;  ///< per group: index of its entry and of its component
 };
 
 }  // namespace tandem

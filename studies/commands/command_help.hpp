@@ -8,7 +8,7 @@
 
 namespace tandem {
 
-/// Returns the text that the words of a command line ask for, or nothing if they ask for none:
+/// Returns the help or reference text that a command line requests, or nothing if it requests none:
 ///   -h, --help         usage and everyday options
 ///   --help-all         usage and all options
 ///   --reference FORMAT (not shown in help) all options for documentation: markdown, man, or words (option names)

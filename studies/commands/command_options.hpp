@@ -138,7 +138,7 @@ class CommandOptions {
   std::vector<OptionInfo> infos_;
   std::vector<std::function<void()>> reads_, checks_;
   std::vector<std::string> words_, result_files_;
-  std::map<std::string, std::string> places_;  ///< of the keys that a run file gives
+  std::map<std::string, std::string> places_;  ///< places of the keys that a run file gives
 };
 
 }  // namespace tandem

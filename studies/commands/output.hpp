@@ -45,10 +45,10 @@ void add_printing(CommandOptions& option, Output& output, bool shows_progress = 
 /// The results of a command.
 struct Results {
   std::function<std::string()> table, json;
-  std::function<void(const std::filesystem::path& folder)> write;  ///< writes the files to the output folder
-  std::string plots_command{};      ///< draws the plots of this command (see draw_plots()); empty for none
-  std::string incomplete_reason{};  ///< one sentence if the exit status is kIncomplete; empty for kSuccess
-  std::string misfit{};             ///< the verdict if the data do not fit the model; makes --strict exit with kMisfit
+  std::function<void(const std::filesystem::path& folder)> write;  ///< Writes the files to the output folder.
+  std::string plots_command{};      ///< Draws the plots of this command (see draw_plots()); empty for none.
+  std::string incomplete_reason{};  ///< One sentence if the exit status is kIncomplete; empty for kSuccess.
+  std::string misfit{};             ///< The verdict if the data do not fit the model; makes --strict exit with kMisfit.
 };
 
 /// Writes and prints the results, and returns the exit status. Throws Error if the output folder cannot be written.

@@ -34,7 +34,7 @@ struct ComparedProblem {
   TrackingOptions tracking;  ///< `role` overrides its constraints; `max_keyframes` limits the size
   TargetConstraints constraints;
   Role role = Role::off;
-  double time_limit = 60;  ///< of the solve [s]
+  double time_limit = 60;  ///< time limit of the solve [s]
 };
 
 /// Progress of a solve.

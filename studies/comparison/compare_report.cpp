@@ -13,10 +13,10 @@ namespace {
 
 using Align = TextTable::Align;
 
-constexpr std::size_t kMaxRows = 15;  // of a summary
-constexpr double kFeasible = 1e-6;    // largest violation, in the units of the constraints
-constexpr double kSameCost = 1e-6;  // relative difference from the best cost within which solvers are compared in time
-constexpr double kBest = 1e-8;      // relative difference from the best cost within which a cost is shown as "best"
+constexpr std::size_t kMaxRows = 15;  // Rows of a summary.
+constexpr double kFeasible = 1e-6;    // Largest violation, in the units of the constraints.
+constexpr double kSameCost = 1e-6;  // Relative difference from the best cost within which solvers are compared in time.
+constexpr double kBest = 1e-8;      // Relative difference from the best cost within which a cost is shown as "best".
 
 /// Returns whether the solve has a finite cost and satisfies its hard constraints.
 bool is_feasible(const ComparedSolve& s) {

@@ -12,7 +12,7 @@ namespace {
 
 using Align = TextTable::Align;
 
-constexpr std::size_t kMaxModelRows = 20;  // of a summary
+constexpr std::size_t kMaxModelRows = 20;  // rows of a summary
 constexpr double kAsGood = 1.01;           // ratio to the best value up to which values are marked as best, too
 
 /// A column of mean errors.

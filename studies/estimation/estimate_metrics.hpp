@@ -16,10 +16,10 @@ inline constexpr const char* kKeyframeTypeColumn =
 struct KeyframeError {
   double t;  ///< s
   KeyframeType type;
-  std::optional<double> position;         ///< ‖t(Ĉ⁻¹T̂) − t(C⁻¹T)‖ [m]
-  std::optional<double> orientation;      ///< angle of (Ĉ⁻¹T̂)⁻¹ C⁻¹T [deg]
-  std::optional<double> raw_position;     ///< ‖z − t(C⁻¹T)‖ of the measured position z [m]
-  std::optional<double> raw_orientation;  ///< angle between the measured and the true relative rotation [deg]
+  std::optional<double> position;         ///< ‖t(Ĉ⁻¹T̂) − t(C⁻¹T)‖ [m].
+  std::optional<double> orientation;      ///< Angle of (Ĉ⁻¹T̂)⁻¹ C⁻¹T [deg].
+  std::optional<double> raw_position;     ///< ‖z − t(C⁻¹T)‖ of the measured position z [m].
+  std::optional<double> raw_orientation;  ///< Angle between the measured and the true relative rotation [deg].
   /// t(Ĉ⁻¹T̂) − t(C⁻¹T) along the chaser's axes [m].
   std::optional<Vector<3>> position_vector{};
   /// Log((R_C⁻¹ R_T)⁻¹ R̂_C⁻¹ R̂_T), about the target's axes [rad].

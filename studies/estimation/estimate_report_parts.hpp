@@ -22,7 +22,7 @@ std::vector<EstimateErrorRow> error_rows(const Estimate& estimate);
 struct Coverage {
   std::string name;
   int n = 0, inliers = 0;
-  int rows = 0, rows_inside = 0;  ///< of all inliers: rows, and rows within their 95 % interval
+  int rows = 0, rows_inside = 0;  ///< rows of all inliers, and those within their 95 % interval
   int inside = 0;                 ///< inliers within their joint 95 % region
   bool inliers_known = true;      ///< if false, all measurements count as inliers
 

@@ -13,9 +13,9 @@
 namespace tandem {
 namespace {
 
-constexpr std::size_t kMeasurements = 60;      // of the misfit sensor, in the part that is solved
-constexpr std::size_t kAllMeasurements = 300;  // of all sensors, in that part
-constexpr int kIterations = 30;                // of each trial, whose cost needs no digits
+constexpr std::size_t kMeasurements = 60;      // measurements of the misfit sensor in the part that is solved
+constexpr std::size_t kAllMeasurements = 300;  // measurements of all sensors in that part
+constexpr int kIterations = 30;                // iterations of each trial, whose cost needs little accuracy
 constexpr double kMinGain = 1.0 / 3;
 constexpr std::size_t kMaxCauses = 3;
 
@@ -176,7 +176,7 @@ std::vector<LikelyCause> likely_causes(const Scenario& scenario, const TrackingO
         if (after && *after < (1 - kMinGain) * *before)
           of_sensor.push_back({scenario.data.sensors[i].name, hypothesis.text, *before, *after});
       }
-    } catch (const Stopped&) {  // what was found so far counts
+    } catch (const Stopped&) {  // the causes found so far are returned
     }
     std::stable_sort(of_sensor.begin(), of_sensor.end(),
                      [](const LikelyCause& a, const LikelyCause& b) { return a.after < b.after; });

@@ -13,9 +13,9 @@ namespace tandem {
 /// translation [m], then rotation [rad], along the body axes. In planar problems, entries out of the plane are zero.
 struct KeyframeUncertainty {
   Matrix<6, 6> chaser = Matrix<6, 6>::Zero();
-  Eigen::MatrixXd target;  ///< 6 × 6 as above for a pose; 3 × 3 along the world axes [m²] for a point
-  Matrix<3, 3> relative_position = Matrix<3, 3>::Zero();  ///< of the target's position along the chaser's axes [m²]
-  std::optional<Matrix<3, 3>> relative_rotation;          ///< of the relative rotation about the target's axes [rad²]
+  Eigen::MatrixXd target;  ///< 6 × 6 as above for a pose; 3 × 3 along the world axes [m²] for a point.
+  Matrix<3, 3> relative_position = Matrix<3, 3>::Zero();  ///< Target's position along the chaser's axes [m²].
+  std::optional<Matrix<3, 3>> relative_rotation;          ///< Relative rotation about the target's axes [rad²].
 
   /// Returns the standard deviations of the relative position [m].
   Vector<3> position_sigma() const { return relative_position.diagonal().cwiseSqrt(); }
@@ -30,7 +30,7 @@ struct KeyframeUncertainty {
 struct HeldOut {
   std::size_t sensor, index;   ///< sensor in the data, and measurement of the sensor
   Eigen::VectorXd r;           ///< residual in the sensor's units
-  Eigen::MatrixXd covariance;  ///< of r: S = prediction + measurement noise
+  Eigen::MatrixXd covariance;  ///< covariance S of r: prediction plus measurement noise
 
   /// Returns whether row i is within its 95 % interval, |rᵢ| ≤ 1.96 σᵢ.
   bool row_inside(Eigen::Index i) const;

@@ -15,7 +15,7 @@ struct ExportFormat {
   std::vector<std::string> (*write)(const ExportedRun& run, const std::filesystem::path& folder);
 };
 
-/// Returns all formats. Files are named after the trajectories: chaser.txt, target.geojson, …
+/// Returns all formats. Files have the names of the trajectories: chaser.txt, target.geojson, …
 ///
 ///     tum       t x y z qx qy qz qw; as `evo_traj tum` reads it
 ///     kitti     the first three rows of each pose matrix; as `evo_traj kitti` reads it
@@ -26,7 +26,7 @@ struct ExportFormat {
 ///     mcap      nav_msgs/Odometry in ENU-FLU with covariances, in one ROS 2 bag
 const std::vector<ExportFormat>& export_formats();
 
-/// Writers in files of their own.
+/// Writers that have separate source files.
 std::vector<std::string> export_geojson(const ExportedRun& run, const std::filesystem::path& folder);
 std::vector<std::string> export_kml(const ExportedRun& run, const std::filesystem::path& folder);
 std::vector<std::string> export_mcap(const ExportedRun& run, const std::filesystem::path& folder);

@@ -14,8 +14,8 @@ namespace tandem {
 struct ExportedPose {
   double t;                                              ///< s
   std::array<double, 3> position;                        ///< m
-  std::optional<std::array<double, 4>> orientation;      ///< x y z w
-  std::array<double, 3> velocity{}, angular_velocity{};  ///< along the body's axes; zero if the run has none
+  std::optional<std::array<double, 4>> orientation;      ///< x y z w.
+  std::array<double, 3> velocity{}, angular_velocity{};  ///< Along the body's axes; zero if the run has none.
   /// Covariance of the pose, row by row: position and rotation as right perturbations (body axes) [m, rad]; for points
   /// only the first three rows and columns, along the world's axes. Empty if the run has none.
   std::vector<double> covariance{};

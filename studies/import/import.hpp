@@ -22,7 +22,7 @@ struct Import {
   std::vector<std::unique_ptr<ImportedSensor>> sensors;
   std::optional<LocalFrame> frame;       ///< if positions are geographic
   std::optional<double> declination;     ///< rad; if headings are magnetic
-  std::vector<std::string> defects;      ///< of the file
+  std::vector<std::string> defects;      ///< defects of the file
   std::vector<std::string> assumptions;  ///< values that neither the map nor the data state
   std::vector<std::string> findings;     ///< what looks wrong
 };

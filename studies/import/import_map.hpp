@@ -38,10 +38,10 @@ struct ImportCondition {
 struct ImportTime {
   bool receive = false;  ///< receive time instead of a field
   ImportField field{};
-  std::string week{};        ///< field with the GPS week, if `field` is the time of the week
-  double date = 0;           ///< s; midnight that a time of day is relative to
-  std::string date_field{};  ///< field with the date of each row, instead of `date`
-  bool gps = false;          ///< the epoch is that of GPS, else Unix
+  std::string week{};        ///< Field with the GPS week, if `field` is the time of the week.
+  double date = 0;           ///< s; midnight that a time of day is relative to.
+  std::string date_field{};  ///< Field with the date of each row, instead of `date`.
+  bool gps = false;          ///< The epoch is that of GPS, else Unix.
   double leap_seconds = kLeapSeconds;
   double offset = 0;  ///< s, added
 };

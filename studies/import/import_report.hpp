@@ -7,7 +7,7 @@
 
 namespace tandem {
 
-/// Returns what was read, what was dropped and why, what was assumed, and what looks wrong.
+/// Returns a report: rows read, rows dropped with the reason, assumed values, and suspicious values.
 std::string import_report(const Import& import);
 std::string import_json(const Import& import, const std::string& folder);
 FileDescription import_json_keys();

@@ -11,16 +11,16 @@ namespace tandem {
 
 /// A part of the rows of a scenario file.
 enum class ImportPart {
-  world_position,     ///< x y z along the world's axes [m]
-  world_orientation,  ///< qx qy qz qw, body in the world
-  height,             ///< z along the world's axes [m]
-  body_position,      ///< x y z along the chaser's axes [m]
-  body_orientation,   ///< qx qy qz qw, target in the chaser's body
-  velocity,           ///< along the body's axes [m/s]
-  acceleration,       ///< specific force along the sensor's axes [m/s²]
-  angular_rate,       ///< along the sensor's axes [rad/s]
+  world_position,     ///< x y z along the world's axes [m].
+  world_orientation,  ///< qx qy qz qw, body in the world.
+  height,             ///< z along the world's axes [m].
+  body_position,      ///< x y z along the chaser's axes [m].
+  body_orientation,   ///< qx qy qz qw, target in the chaser's body.
+  velocity,           ///< Along the body's axes [m/s].
+  acceleration,       ///< Specific force along the sensor's axes [m/s²].
+  angular_rate,       ///< Along the sensor's axes [rad/s].
   range,              ///< m
-  direction,          ///< azimuth and elevation [rad]
+  direction,          ///< Azimuth and elevation [rad].
 };
 
 /// A type of sensor that an import can write.

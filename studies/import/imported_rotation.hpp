@@ -11,10 +11,10 @@ namespace tandem {
 /// An orientation as a recording gives it, in one of several ways. Angles are in radians.
 struct RotationInput {
   double xyzw[4] = {}, wxyz[4] = {};
-  double roll = 0, pitch = 0, yaw = 0;  ///< turns about z, then y, then x of the body, from the axes of the world
-  double heading = 0;                   ///< of the body's forward axis, clockwise from north
-  double euler[3] = {};                 ///< turns about the body's axes, in the order of `euler_order`
-  double magnetic_field[3] = {};        ///< along the body's axes; the body is taken as level
+  double roll = 0, pitch = 0, yaw = 0;  ///< Turns about z, then y, then x of the body, from the axes of the world.
+  double heading = 0;                   ///< Direction of the body's forward axis, clockwise from north.
+  double euler[3] = {};                 ///< Turns about the body's axes, in the order of `euler_order`.
+  double magnetic_field[3] = {};        ///< Along the body's axes; the body is taken as level.
   std::string euler_order{};
   enum class Way { angles, xyzw, wxyz, euler, heading, magnetic_field } way = Way::angles;
 

@@ -60,7 +60,7 @@ DelayFit fit_delay(const NavigationData& data, const std::string& sensor, const 
     ++fit.solves;
     return navigate(tried, own);
   };
-  const double origin = of_imu ? before : 0.0;  // of the grid
+  const double origin = of_imu ? before : 0.0;  // origin of the grid
   own.start = navigated(before).start;
   const double end = of_imu ? data.imu->samples.back().t + before : HUGE_VAL;  // stamp of the last sample
   for (EgoSensor& s : tried.sensors)

@@ -18,8 +18,8 @@ struct DelayFit {
   int solves = 0;  ///< number of navigations
 };
 
-/// Fits the delay of one of the chaser's own sensors by navigating with different delays: 0 to 1 s with a resolution of
-/// 5 ms, or, for the IMU, −0.1 to 0.1 s around its given delay with a resolution of 1 ms.
+/// Fits the delay of one of the chaser's own sensors by navigating with different delays. They range from 0 to 1 s with
+/// a resolution of 5 ms. For the IMU, they range from −0.1 to 0.1 s around its given delay, with a resolution of 1 ms.
 ///
 /// All delays are compared on the same measurements; those that some delay shifts out of the recording are discarded.
 /// Throws Error as navigate(), and if there is no such sensor. Throws Stopped at the solver's time limit, which covers

@@ -117,7 +117,7 @@ Navigation navigate(const NavigationData& data, const NavigationOptions& options
   if (result.states.size() < 2) throw Error("navigation needs data for at least two keyframes");
   result.alignment_seconds = clock();
 
-  NavigationData placed = result.data;  // with the delays of the last solve; their weak priors move along
+  NavigationData placed = result.data;  // with the delays of the last solve as centres of their weak priors
   while (true) {
     // A further problem is built even if the limit is reached; its solve then ends at once, at the values of the one
     // before.

@@ -19,32 +19,32 @@ namespace tandem {
 struct Navigation {
   NavigationData data;  ///< cleaned by check()
   std::vector<NavigationFinding> findings;
-  Alignment start;                        ///< prior of the first state
-  Summary summary;                        ///< of the last solve
-  int solves = 0;                         ///< number of solves; each preintegrates at the biases of the one before
-  int residual_blocks = 0;                ///< number of soft blocks
-  std::vector<Stamped<EgoState>> states;  ///< at the keyframes
-  std::vector<EgoCovariance> covariance;  ///< at the keyframes, or empty
-  FitReport fit;                          ///< agreement of the solution with the data and the stated noise
-  std::string why_no_covariance;          ///< reason, if `covariance` is empty
-  bool cut_short = false;                 ///< whether a time limit or interrupt stopped the covariances
-  std::optional<double> dvl_scale;        ///< estimated scale factor s, if estimated; the DVL reads (1 + s) v
-  std::vector<SystematicErrorEstimate> constants;  ///< systematic errors of sensors
-  std::vector<PlacedEgoMeasurement> placed;        ///< measurements in the problem
-  std::vector<double> weight;                      ///< weight by the robust loss, of each entry of `placed`
-  std::vector<std::size_t> discarded;              ///< number of discarded measurements of each sensor
-  std::vector<std::pair<double, double>> splits;   ///< gaps of the IMU: begin, end [s]
-  double alignment_seconds = 0, seconds = 0;       ///< computing time until the initial guess, and in total
+  Alignment start;                        ///< Prior of the first state.
+  Summary summary;                        ///< Result of the last solve.
+  int solves = 0;                         ///< Number of solves; each preintegrates at the biases of the one before.
+  int residual_blocks = 0;                ///< Number of soft blocks.
+  std::vector<Stamped<EgoState>> states;  ///< At the keyframes.
+  std::vector<EgoCovariance> covariance;  ///< At the keyframes, or empty.
+  FitReport fit;                          ///< Agreement of the solution with the data and the stated noise.
+  std::string why_no_covariance;          ///< Reason, if `covariance` is empty.
+  bool cut_short = false;                 ///< Whether a time limit or interrupt stopped the covariances.
+  std::optional<double> dvl_scale;        ///< Estimated scale factor s, if estimated; the DVL reads (1 + s) v.
+  std::vector<SystematicErrorEstimate> constants;  ///< Systematic errors of sensors.
+  std::vector<PlacedEgoMeasurement> placed;        ///< Measurements in the problem.
+  std::vector<double> weight;                      ///< Weight by the robust loss, of each entry of `placed`.
+  std::vector<std::size_t> discarded;              ///< Number of discarded measurements of each sensor.
+  std::vector<std::pair<double, double>> splits;   ///< Gaps of the IMU: begin, end [s].
+  double alignment_seconds = 0, seconds = 0;       ///< Computing time until the initial guess, and in total.
 };
 
 struct NavigationOptions {
   EgoOptions ego{};
   GaussNewtonOptions solver{};
-  double alignment = 30.0;           ///< duration of the data that decide an unknown heading [s]
-  double first_pass = 20.0;          ///< window of the fixed-lag smoother that computes the initial guess [s]
-  bool covariance = true;            ///< computes covariances
-  bool north_east = false;           ///< world positions of the files are north, east, down; only names components
-  std::optional<Alignment> start{};  ///< prior of the first state; if absent, align() computes it
+  double alignment = 30.0;           ///< Duration of the data that decide an unknown heading [s].
+  double first_pass = 20.0;          ///< Window of the fixed-lag smoother that computes the initial guess [s].
+  bool covariance = true;            ///< Computes covariances.
+  bool north_east = false;           ///< World positions of the files are north, east, down; only names components.
+  std::optional<Alignment> start{};  ///< Prior of the first state; if absent, align() computes it.
   /// Sets the IMU's white noise to that of its samples if it is far above the stated one
   /// (NavigationFinding::vibration).
   bool vibration = false;

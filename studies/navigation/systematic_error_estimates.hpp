@@ -14,23 +14,23 @@ namespace tandem {
 
 /// Verdict on an estimated systematic error of a sensor.
 enum class SystematicErrorVerdict {
-  no_standard_error,        ///< identifiability is unknown, because the estimate has no standard error
-  identifiable,             ///< the data are more informative than the prior
-  improves_prediction,      ///< identifiable, and held-out measurements are predicted better with it than without
-  no_improvement,           ///< identifiable, but held-out measurements are not predicted better
-  not_identifiable,         ///< the data are less informative than the prior
-  inconsistent_with_prior,  ///< more than two prior standard deviations from 0: another model error may cause it
-  inconsistent_but_improves_prediction,  ///< likewise, but held-out measurements are predicted better with it
+  no_standard_error,        ///< Identifiability is unknown, because the estimate has no standard error.
+  identifiable,             ///< The data are more informative than the prior.
+  improves_prediction,      ///< Identifiable, and held-out measurements are predicted better with it than without.
+  no_improvement,           ///< Identifiable, but held-out measurements are not predicted better.
+  not_identifiable,         ///< The data are less informative than the prior.
+  inconsistent_with_prior,  ///< More than two prior standard deviations from 0: another model error may cause it.
+  inconsistent_but_improves_prediction,  ///< As before, but held-out measurements are predicted better with it.
 };
 /// Returns the verdict as tables, messages and files have it.
 std::string_view text(SystematicErrorVerdict verdict);
 
 /// Estimate of one component of a sensor's systematic error (SensorConstant or, online, its bias). The prior mean is 0.
 struct SystematicErrorEstimate {
-  std::string name;        ///< "usbl.scale", "camera.misalignment.rx", "dvl.delay", "gps.bias.2" (second component)
-  double value = 0;        ///< scale (the sensor reads 1 + value), misalignment [rad], delay [s], bias [sensor's unit]
-  double prior_sigma = 0;  ///< prior standard deviation
-  double sigma = 0;        ///< posterior standard deviation; 0 if unknown
+  std::string name;        ///< "usbl.scale", "camera.misalignment.rx", "dvl.delay", "gps.bias.2" (second component).
+  double value = 0;        ///< Scale (the sensor reads 1 + value), misalignment [rad], delay [s], bias [sensor's unit].
+  double prior_sigma = 0;  ///< Prior standard deviation.
+  double sigma = 0;        ///< Posterior standard deviation; 0 if unknown.
   /// Gain in log likelihood of held-out measurements by estimating this error, and its standard error.
   struct HeldOut {
     double gain, error;

@@ -19,7 +19,7 @@ struct NavigationError {
   /// Estimate minus truth, along the world axes [m/s]. The true velocity is a central difference of positions, which
   /// smooths turns if the truth is sparse (2 s for truth at 1 Hz).
   std::optional<Vector<3>> velocity{};
-  std::optional<Vector<3>> position_sigma{}, orientation_sigma{}, velocity_sigma{};  ///< of these errors
+  std::optional<Vector<3>> position_sigma{}, orientation_sigma{}, velocity_sigma{};  ///< σ of these errors
   /// Normalised estimation errors squared, eᵀ Σ⁻¹ e, of pose and position: 6 and 3 on average if Σ is consistent
   /// (Bar-Shalom, Li & Kirubarajan 2001, section 5.4).
   std::optional<double> pose_nees{}, position_nees{};
@@ -27,10 +27,10 @@ struct NavigationError {
 
 /// An interval without GPS fixes.
 struct GpsOutage {
-  double from, to;                   ///< the last fix and the next one, or the ends of the recording [s]
-  std::optional<double> distance{};  ///< distance travelled by the truth [m]
-  std::optional<double> drift{};     ///< horizontal error at the last keyframe before `to` [m]
-  std::optional<double> largest{};   ///< largest horizontal error in the interval [m]
+  double from, to;                   ///< The last fix and the next one, or the ends of the recording [s].
+  std::optional<double> distance{};  ///< Distance travelled by the truth [m].
+  std::optional<double> drift{};     ///< Horizontal error at the last keyframe before `to` [m].
+  std::optional<double> largest{};   ///< Largest horizontal error in the interval [m].
 };
 
 inline constexpr double kMinGpsOutage = 10.0;  ///< shortest GPS outage [s]
@@ -61,14 +61,14 @@ struct Statistics {
 
 /// Summary of the errors at several keyframes.
 struct NavigationErrorSummary {
-  int n = 0;                                                     ///< number of keyframes
-  int compared = 0;                                              ///< number of keyframes that the truth covers
-  std::optional<Statistics> position, horizontal;                ///< norm of the error, and of its x and y [m]
-  std::optional<Statistics> orientation;                         ///< angle of the error [rad]
-  std::optional<Statistics> velocity;                            ///< norm of the error [m/s]
-  std::optional<Vector<3>> orientation_rms;                      ///< by component [rad]
-  std::optional<Vector<3>> position_within, orientation_within;  ///< share of keyframes within 3σ, by component
-  std::optional<double> pose_nees, position_nees;                ///< means
+  int n = 0;                                                     ///< Number of keyframes.
+  int compared = 0;                                              ///< Number of keyframes that the truth covers.
+  std::optional<Statistics> position, horizontal;                ///< Norm of the error, and of its x and y [m].
+  std::optional<Statistics> orientation;                         ///< Angle of the error [rad].
+  std::optional<Statistics> velocity;                            ///< Norm of the error [m/s].
+  std::optional<Vector<3>> orientation_rms;                      ///< One error per component [rad].
+  std::optional<Vector<3>> position_within, orientation_within;  ///< Share of keyframes within 3σ, by component.
+  std::optional<double> pose_nees, position_nees;                ///< Means.
 };
 
 /// Summarises the errors from `after` seconds after the first keyframe on.

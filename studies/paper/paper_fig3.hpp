@@ -12,7 +12,7 @@ namespace tandem::fig3 {
 
 constexpr double speed = 1.0;                 ///< forward, along the body's x [m/s]
 constexpr double turn_rate = 0.5;             ///< to the left, about the body's z [rad/s]
-constexpr double radius = speed / turn_rate;  ///< of the arc around the origin, in the world's x-y plane [m]
+constexpr double radius = speed / turn_rate;  ///< radius of the arc around the origin, in the world's x-y plane [m]
 
 /// Returns the pose at time t [s] of a vehicle with this twist that starts at (radius, 0, 0) and heads along the
 /// world's y.
@@ -20,8 +20,8 @@ SE3 arc_pose(double t);
 
 /// Deviation of a pose from the arc.
 struct OffArc {
-  double distance;  ///< of the position from the circle [m]
-  double angle;     ///< of the body's x axis from the tangent at the nearest point of the circle [rad]
+  double distance;  ///< distance of the position from the circle [m]
+  double angle;     ///< angle from the tangent at the nearest point of the circle to the body's x axis [rad]
 };
 OffArc off_arc(const SE3& pose);
 

@@ -22,7 +22,7 @@ struct PlanStart {
   Vector<6> target_noise;                          ///< σ of the target's motion model, per √s [m, rad]
   std::optional<Vector<6>> target_time_constants;  ///< time constants of a damped twist [s]
   std::vector<ExpectedSensor> sensors;  ///< position and pose sensors at their rates of the last minute; `sight` unset
-  Summary summary;                      ///< of the estimate
+  Summary summary;                      ///< result of the estimate
 };
 
 /// Input of plan_scenario(), in ENU-FLU.
@@ -38,7 +38,7 @@ struct PlanRequest {
 struct PlannedInstant {
   double t;
   SE3 chaser;
-  Vector<6> twist;                     ///< of the chaser, body axes [m/s, rad/s]
+  Vector<6> twist;                     ///< twist of the chaser, body axes [m/s, rad/s]
   Eigen::VectorXd actuators, command;  ///< one entry per actuator; `command` is empty at the last instant
   SE3 target;
   Matrix<6, 6> target_covariance;  ///< relative to the chaser at the start, right perturbations
@@ -59,7 +59,7 @@ struct PlannedRun {
   double max_violation;
   std::string worst_constraint;
   std::vector<PlannedInstant> instants;
-  DiscretisationError discretisation;  ///< of the steps of the plan
+  DiscretisationError discretisation;  ///< error by the steps of the plan
   std::vector<ActiveConstraint> active;
   std::vector<PlanLimit> conflict;  ///< contradicting limits; empty if a plan was found or the time limit was reached
 
@@ -80,7 +80,7 @@ PlannedRun plan_scenario(const Scenario& scenario, const TrackingOptions& tracki
 struct MissAtEnd {
   double position;     ///< m
   double orientation;  ///< rad
-  double speed;        ///< of the chaser relative to the moving goal [m/s]
+  double speed;        ///< speed of the chaser relative to the moving goal [m/s]
 };
 MissAtEnd miss_at_end(const PlannedRun& run);
 

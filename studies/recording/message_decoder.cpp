@@ -10,7 +10,7 @@ namespace tandem {
 namespace {
 
 constexpr std::size_t kCdrHeader = 4;        // bytes
-constexpr std::size_t kListedElements = 36;  // of a fixed array; a covariance has 36
+constexpr std::size_t kListedElements = 36;  // elements of a fixed array; a covariance has 36
 
 void add_fields(const MessageType& type, const std::string& prefix, std::vector<RecordedField>& fields) {
   for (const MessageMember& member : type.members) {

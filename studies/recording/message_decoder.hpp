@@ -15,11 +15,11 @@ namespace tandem {
 enum class MessageEncoding {
   cdr,     ///< ROS 2: a header of 4 bytes with the byte order, then aligned members
   ros1,    ///< members without padding
-  packed,  ///< the same, for the formats of logs
+  packed,  ///< members without padding, in logs
 };
 
-/// Returns the leaves of a type as fields, for example "pose.pose.position.x". Of sequences, the first elements are
-/// listed; a field with any other index can be requested.
+/// Returns the leaves of a type as fields, for example "pose.pose.position.x". Lists the first elements of sequences; a
+/// field with any other index can be requested.
 std::vector<RecordedField> fields_of(const MessageType& type);
 
 /// Decodes the requested fields of messages of one type and skips all others.

@@ -22,7 +22,7 @@ enum class Primitive {
   float32,
   float64,
   time,      ///< seconds and nanoseconds, each 32 bits
-  duration,  ///< the same, signed
+  duration,  ///< signed seconds and nanoseconds
   string,
   chars,  ///< a text of `length` bytes, padded with zeros
   message,
@@ -37,7 +37,7 @@ struct MessageMember {
   Primitive type = Primitive::message;
   std::shared_ptr<const MessageType> message{};  ///< for Primitive::message
   Array array = Array::none;
-  std::size_t length = 0;  ///< of a fixed array, or of Primitive::chars
+  std::size_t length = 0;  ///< length of a fixed array, or of Primitive::chars
   double factor = 1;       ///< on numbers
   std::string unit{};      ///< stated unit after `factor`
 };

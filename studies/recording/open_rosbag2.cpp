@@ -120,7 +120,7 @@ class Rosbag2Recording : public MessageRecording {
       stream.last = 1e-9 * static_cast<double>(counts.integer(3));
     }
     if (!counts.failed()) return;
-    // A damaged table cannot be counted; read_messages() uses what can be read.
+    // A damaged table cannot be counted; read_messages() uses the rows that it can read.
     add_defect(fmt::format("the database is damaged ({}); rows are not counted", counts.reason()));
     Query messages(database_, "SELECT topic_id, timestamp FROM messages ORDER BY id");
     while (messages.next())

@@ -9,11 +9,11 @@ namespace tandem {
 
 /// Target sensors of the chaser in a simulated rendezvous: an omnidirectional USBL and a forward camera that measures
 /// poses.
-inline constexpr double kTick = 0.1;                         // sampling interval of truth and odometry [s]
-inline constexpr int kUsblEvery = 20;                        // ticks between USBL fixes
-inline constexpr int kOpticalEvery = 5;                      // ticks between optical poses
+inline constexpr double kTick = 0.1;                         // Sampling interval of truth and odometry [s].
+inline constexpr int kUsblEvery = 20;                        // Ticks between USBL fixes.
+inline constexpr int kOpticalEvery = 5;                      // Ticks between optical poses.
 inline constexpr double kOpticalRange = 9.0;                 // m
-inline constexpr double kCameraHalfAngle = 45.0 / kDegrees;  // half angle of view of the camera [rad]
+inline constexpr double kCameraHalfAngle = 45.0 / kDegrees;  // Half angle of view of the camera [rad].
 
 /// Returns the sensors (USBL, then camera) and the noise that the chaser's estimator assumes, without measurements.
 inline TrackingData chaser_sensors() {

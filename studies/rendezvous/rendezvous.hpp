@@ -27,12 +27,12 @@ struct RendezvousOptions {
   /// Time constant of the target's turn rate in the chaser's damped-twist model [s]; infinite: constant twist. The
   /// default is the time at which the autocorrelation of SwingingTarget's turn rate falls to 1/e.
   double turn_time = 10.0;
-  double information = 0.1;    ///< PlanOptions::information of RendezvousMethod::information
+  double information = 0.1;    ///< PlanOptions::information of RendezvousMethod::information.
   double chance = 0.0;         ///< PlanOptions::chance
-  double standoff = 4.5;       ///< standoff point, distance behind the target [m]
-  double dock = 1.0;           ///< docked position, distance behind the target [m]
+  double standoff = 4.5;       ///< Standoff point, distance behind the target [m].
+  double dock = 1.0;           ///< Docked position, distance behind the target [m].
   double target_speed = 0.8;   ///< m/s
-  double current = 0.1;        ///< standard deviation of each horizontal component of the current [m/s]
+  double current = 0.1;        ///< Standard deviation of each horizontal component of the current [m/s].
   double start_distance = 30;  ///< m
   /// Ends the run as interrupted before its next simulated second if set to true; any thread may set it.
   const std::atomic<bool>* stop = nullptr;
@@ -43,12 +43,12 @@ struct RendezvousStep {
   double t;
   RendezvousPhase phase;
   SE3 chaser, target;
-  SE3 relative, estimated;  ///< target pose in the chaser's body frame, C⁻¹ T: truth and estimate
-  Vector<3> three_sigma;    ///< 3 σ of the estimated relative position along the chaser's axes [m]; zero without one
-  double distance, miss;    ///< true distances to the target and to the goal of the phase [m]
-  double solve_seconds;     ///< wall-clock time of the plan; 0 without a plan
-  std::string origin;       ///< PlanOrigin and solver; empty without a plan
-  double violation;         ///< largest violation of the plan's hard constraints
+  SE3 relative, estimated;  ///< Target pose in the chaser's body frame, C⁻¹ T: truth and estimate.
+  Vector<3> three_sigma;    ///< 3 σ of the estimated relative position along the chaser's axes [m]; zero without one.
+  double distance, miss;    ///< True distances to the target and to the goal of the phase [m].
+  double solve_seconds;     ///< Wall-clock time of the plan; 0 without a plan.
+  std::string origin;       ///< PlanOrigin and solver; empty without a plan.
+  double violation;         ///< Largest violation of the plan's hard constraints.
   Eigen::VectorXd command;
   double processor_seconds = 0.0;  ///< processor time of the plan
   bool first = false;              ///< plan without a previous plan in its phase
@@ -57,14 +57,14 @@ struct RendezvousStep {
 struct RendezvousRun {
   std::uint64_t seed;
   RendezvousOutcome outcome;
-  std::string why;                    ///< reason if it did not dock; else empty
-  double seconds;                     ///< duration
-  double miss;                        ///< distance from the docked position at the end [m]
-  double least_miss;                  ///< minimum distance from the docked position [m]
-  double effort;                      ///< control effort ∫ Σ (command / half range)² dt [s]
-  double keep_out_violation;          ///< largest true intrusion into the keep-out distance before docking [m]
-  std::optional<double> three_sigma;  ///< 3 σ of the estimated relative position at the end, largest of three axes [m]
-  double worst_violation;             ///< largest violation of an accepted plan
+  std::string why;                    ///< Reason if it did not dock; else empty.
+  double seconds;                     ///< Duration.
+  double miss;                        ///< Distance from the docked position at the end [m].
+  double least_miss;                  ///< Minimum distance from the docked position [m].
+  double effort;                      ///< Control effort ∫ Σ (command / half range)² dt [s].
+  double keep_out_violation;          ///< Largest true intrusion into the keep-out distance before docking [m].
+  std::optional<double> three_sigma;  ///< 3 σ of the estimated relative position at the end, largest of three axes [m].
+  double worst_violation;             ///< Largest violation of an accepted plan.
   int plans, not_accepted, shifted;
   std::vector<RendezvousStep> steps;
 };

@@ -8,10 +8,10 @@ namespace tandem {
 
 /// Method that computes the chaser's commands.
 enum class RendezvousMethod {
-  decoupled,    ///< plans against a fixed prediction of the target
-  information,  ///< as decoupled, with a cost on missed information about the target
-  coupled,      ///< one nonlinear program of recent measurements, future target poses and the plan
-  pursuit,      ///< pure pursuit of the goal at the estimated target; the baseline
+  decoupled,    ///< Plans against a fixed prediction of the target.
+  information,  ///< As decoupled, with a cost on missed information about the target.
+  coupled,      ///< One nonlinear program of recent measurements, future target poses and the plan.
+  pursuit,      ///< Pure pursuit of the goal at the estimated target; the baseline.
 };
 inline constexpr std::array rendezvous_methods = {RendezvousMethod::decoupled, RendezvousMethod::information,
                                                   RendezvousMethod::coupled, RendezvousMethod::pursuit};

@@ -102,7 +102,7 @@ class RecordedTimes {
   std::vector<std::string> names_;
   std::vector<RowTime> rows_;
   bool has_motion_ = false;       // the first stream is the odometry or the imu
-  std::size_t measurements_ = 0;  // of the target
+  std::size_t measurements_ = 0;  // measurements of the target
 };
 
 }  // namespace

@@ -37,12 +37,12 @@ namespace tandem {
 struct Scenario {
   std::string name, description, source;
   std::filesystem::path folder;
-  Frame frame;                               ///< frame of the files; the members below are converted to ENU-FLU
-  TrackingData data;                         ///< without odometry or sensors if the folder has none
-  std::optional<NavigationData> navigation;  ///< the chaser's own sensors as in the files, not yet cleaned by check()
-  std::vector<Stamped<SE3>> truth_chaser, truth_target;  ///< empty without truth
-  bool truth_orientation = true;                         ///< false if the truth has positions only
-  std::vector<std::string> without_extrinsics;  ///< declared sensors that have neither position nor orientation
+  Frame frame;                               ///< Frame of the files; the members below are converted to ENU-FLU.
+  TrackingData data;                         ///< Without odometry or sensors if the folder has none.
+  std::optional<NavigationData> navigation;  ///< The chaser's own sensors as in the files, not yet cleaned by check().
+  std::vector<Stamped<SE3>> truth_chaser, truth_target;  ///< Empty without truth.
+  bool truth_orientation = true;                         ///< False if the truth has positions only.
+  std::vector<std::string> without_extrinsics;  ///< Declared sensors that have neither position nor orientation.
 
   /// The files of the streams: one for each sensor of `data` and of `navigation`, in the same order.
   struct Files {

@@ -8,14 +8,15 @@
 
 namespace tandem {
 
-/// A scalar parameter of a sensor other than a standard deviation, with its name in noise files and in `--free`: the
-/// correlation time of a bias [s] ("lidar.time"), or the degrees of freedom of a Student's t loss ("usbl.dof").
+/// A scalar parameter of a sensor other than a standard deviation, with its name in noise files and in `--free`.
+/// Examples: the correlation time of a bias [s] ("lidar.time"), and the degrees of freedom of a Student's t loss
+/// ("usbl.dof").
 struct SensorParameter {
   std::string name;
-  double value = 0;                 ///< positive; 0 if the sensor does not have the parameter
-  std::string why_not;              ///< why the sensor does not have it, with the remedy; empty if it has it
-  bool settable = true;             ///< whether set() may be called, even if the sensor does not have it yet
-  std::function<void(double)> set;  ///< sets it; valid while the scenario exists and its sensors do not change
+  double value = 0;                 ///< Positive; 0 if the sensor does not have the parameter.
+  std::string why_not;              ///< Why the sensor does not have it, with the remedy; empty if it has it.
+  bool settable = true;             ///< Whether set() may be called, even if the sensor does not have it yet.
+  std::function<void(double)> set;  ///< Sets it; valid while the scenario exists and its sensors do not change.
 };
 
 /// The default losses of a problem, and the properties that decide how many rows a loss applies to.

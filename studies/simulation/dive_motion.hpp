@@ -8,11 +8,11 @@ namespace tandem {
 
 /// Motion of a vehicle at one instant, relative to the Earth-fixed world frame.
 struct Motion {
-  SE23 state;                      ///< pose, and velocity along the world's axes [m/s]
-  Vector<3> acceleration;          ///< of the body's origin, along the world's axes [m/s²]
-  Vector<3> rate;                  ///< angular velocity of the body relative to the world, body axes [rad/s]
-  Vector<3> angular_acceleration;  ///< derivative of `rate` [rad/s²]
-  double depth;                    ///< m, positive down
+  SE23 state;                      ///< Pose, and velocity along the world's axes [m/s].
+  Vector<3> acceleration;          ///< Acceleration of the body's origin, along the world's axes [m/s²].
+  Vector<3> rate;                  ///< Angular velocity of the body relative to the world, body axes [rad/s].
+  Vector<3> angular_acceleration;  ///< Derivative of `rate` [rad/s²].
+  double depth;                    ///< m, positive down.
 };
 
 /// Survey dive at 1.5 m/s in a current: surface leg, dive to 30 m, lawn-mower legs, ascent. The vehicle rolls and

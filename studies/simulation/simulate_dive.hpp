@@ -21,7 +21,7 @@ struct DiveSensors {
   ImuNoise imu;
   double initial_accelerometer_bias, initial_gyroscope_bias;  ///< m/s², rad/s
   double dvl;                                                 ///< m/s
-  double dvl_scale;                                           ///< of the constant scale factor error
+  double dvl_scale;                                           ///< σ of the constant scale factor error
   double depth;                                               ///< m
   double roll_pitch, heading;                                 ///< rad
   double gps = 1.0, gps_height = 2.0;                         ///< m
@@ -36,10 +36,10 @@ struct DiveOptions {
   std::uint64_t seed = 1;
   double latitude = 60;  ///< deg
   double keyframe_interval = 1.0;
-  int surfacings = 0;     ///< intermediate ascents; each gives about 70 s of GPS
-  bool noise = true;      ///< false: no noise, biases or scale factor error; the stated σ do not change
-  bool dvl_scale = true;  ///< false: no scale factor error of the DVL
-  double dvl_outage = 0.0, dvl_outage_period = 240.0;  ///< duration and period of DVL outages (no bottom track) [s]
+  int surfacings = 0;     ///< Intermediate ascents; each gives about 70 s of GPS.
+  bool noise = true;      ///< False: no noise, biases or scale factor error; the stated σ do not change.
+  bool dvl_scale = true;  ///< False: no scale factor error of the DVL.
+  double dvl_outage = 0.0, dvl_outage_period = 240.0;  ///< Duration and period of DVL outages (no bottom track) [s].
 
   bool target = false;       ///< the vehicle measures a surface vessel by USBL
   double usbl_period = 2.0;  ///< s

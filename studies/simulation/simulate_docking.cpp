@@ -15,12 +15,12 @@
 namespace tandem {
 namespace {
 
-constexpr double kStep = 0.1;         // s: sampling interval of odometry and truth
-constexpr double kLeg = 180.0;        // m: straight legs of the circuit
-constexpr double kClimb = -0.1;       // slope of the helix
-constexpr double kWeave = 60.0;       // s: period of the lateral oscillation
-constexpr double kHoverTurn = 600.0;  // s: full turn of a hovering target
-constexpr double kChaserDepth = 3.0;  // m below the target's waterline
+constexpr double kStep = 0.1;         // s: sampling interval of odometry and truth.
+constexpr double kLeg = 180.0;        // m: straight legs of the circuit.
+constexpr double kClimb = -0.1;       // Slope of the helix.
+constexpr double kWeave = 60.0;       // s: period of the lateral oscillation.
+constexpr double kHoverTurn = 600.0;  // s: full turn of a hovering target.
+constexpr double kChaserDepth = 3.0;  // m below the target's waterline.
 
 double wave(double t, double period, double phase = 0) { return std::sin(2 * std::numbers::pi * t / period + phase); }
 

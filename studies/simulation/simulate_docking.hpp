@@ -23,29 +23,29 @@ struct DockingOptions {
   double keyframe_interval = 1.0;  ///< maximum time between keyframes [s]
 
   TargetMotion motion = TargetMotion::circuit;
-  bool planar = false;            ///< chaser and target move in the plane; the estimation problem is on SE(2)
+  bool planar = false;            ///< Chaser and target move in the plane; the estimation problem is on SE(2).
   double speed = 1.0;             ///< m/s
   double turn_radius = 35.0;      ///< m
-  double weave = 0.0;             ///< amplitude of the lateral oscillation, period 60 s; the heading follows [m]
-  double waves = 0.03;            ///< amplitude of roll and pitch [rad]
-  double far = 40.0, near = 5.5;  ///< maximum and minimum distance of the chaser behind the target [m]
-  double approach = 240.0;        ///< period of the approaches [s]
+  double weave = 0.0;             ///< Amplitude of the lateral oscillation, period 60 s; the heading follows [m].
+  double waves = 0.03;            ///< Amplitude of roll and pitch [rad].
+  double far = 40.0, near = 5.5;  ///< Maximum and minimum distance of the chaser behind the target [m].
+  double approach = 240.0;        ///< Period of the approaches [s].
 
   UsblKind usbl = UsblKind::position;
   double usbl_period = 4.2;              ///< s
-  double usbl_sigma = 1.72;              ///< of each axis, or of the range [m]
-  double usbl_bearing_sigma = 0.04;      ///< of range_bearing [rad]
-  double usbl_outliers = 0.0;            ///< fraction of the fixes that are outliers
-  double usbl_outlier_sigma = 30.0;      ///< of each axis; replaces usbl_sigma [m]
-  double usbl_latency = 0.0;             ///< delay of the time stamps, declared as `delay` of the sensor [s]
+  double usbl_sigma = 1.72;              ///< σ of each axis, or of the range [m].
+  double usbl_bearing_sigma = 0.04;      ///< σ of the angles of range_bearing [rad].
+  double usbl_outliers = 0.0;            ///< Fraction of the fixes that are outliers.
+  double usbl_outlier_sigma = 30.0;      ///< σ of each axis; replaces usbl_sigma [m].
+  double usbl_latency = 0.0;             ///< Delay of the time stamps, declared as `delay` of the sensor [s].
   double optical_period = 0.5;           ///< s
   double optical_sigma = 0.137;          ///< m
   double optical_angle_sigma = 0.04;     ///< rad
-  double optical_range = 9.0;            ///< below this distance optical poses, above it USBL fixes [m]
-  double optical_view = 360.0;           ///< full angle of the forward cone of view [deg]
-  double blind = 0.2;                    ///< probability that a sensor is blind during a spell
-  double spell = 60.0;                   ///< duration of a spell, an interval of constant visibility [s]
-  double gap = 0.0, gap_period = 120.0;  ///< duration and period of gaps without measurements of the target [s]
+  double optical_range = 9.0;            ///< Below this distance optical poses, above it USBL fixes [m].
+  double optical_view = 360.0;           ///< Full angle of the forward cone of view [deg].
+  double blind = 0.2;                    ///< Probability that a sensor is blind during a spell.
+  double spell = 60.0;                   ///< Duration of a spell, an interval of constant visibility [s].
+  double gap = 0.0, gap_period = 120.0;  ///< Duration and period of gaps without measurements of the target [s].
 
   double odometry_sigma = 0.01;        ///< m/√s
   double odometry_angle_sigma = 6e-4;  ///< rad/√s

@@ -52,7 +52,7 @@ struct Study {
   std::size_t seeds = 0;
   std::uint64_t seed = 1;
   bool covariances = true;
-  double time_limit = 0;  ///< of one solve [s]; 0: none
+  double time_limit = 0;  ///< time limit of one solve [s]; 0: none
 
   static constexpr const char* kOwnSensors = "own-sensors";  ///< model name of a study without a target
   static constexpr const char* kAutomatic = "automatic";     ///< the default solver of the model

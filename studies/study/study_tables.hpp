@@ -14,10 +14,10 @@ namespace tandem {
 struct StudyGroup {
   std::size_t cell = 0, model = 0, solver = 0;
   std::string cell_text, model_text, solver_text;
-  bool planar = false;                        ///< NEES has fewer degrees of freedom in the plane
-  std::vector<TrialSensor> sensors{};         ///< sensors of the trials
-  std::size_t trials = 0, converged = 0;      ///< finished trials, and the converged ones among them
-  std::vector<const TrialResult*> results{};  ///< converged trials by replicate; nullptr for the others
+  bool planar = false;                        ///< NEES has fewer degrees of freedom in the plane.
+  std::vector<TrialSensor> sensors{};         ///< Sensors of the trials.
+  std::size_t trials = 0, converged = 0;      ///< Finished trials, and the converged ones among them.
+  std::vector<const TrialResult*> results{};  ///< Converged trials by replicate; nullptr for the others.
   /// Number of trials that reach the best known cost of their problem, within a relative 1e-6. The best known cost is
   /// the minimum over all initial guesses and solvers for the same data and model.
   std::size_t reached_best = 0;

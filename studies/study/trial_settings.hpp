@@ -46,19 +46,19 @@ struct TrialSettings {
   DiveOptions dive;         ///< used by Simulated::dive; holds the same seed
   OwnSensorSettings own{};  ///< used by Simulated::dive
 
-  double twist_sigma_factor = 1;    ///< factor on constant_twist and constant_velocity, the target's motion noise
-  double usbl_sigma_factor = 1;     ///< factor on the USBL sigmas that the estimator assumes
-  double optical_sigma_factor = 1;  ///< factor on the optical sigmas that the estimator assumes
-  double max_keyframes = 0;         ///< use only the first keyframes; 0: all
-  double window = 0;                ///< fixed-lag smoothing, errors of the newest states [s]; 0: batch estimate
-  NewestStateMethod newest{};       ///< with a window
-  bool calibrated = false;          ///< calibrate the noise on the trial's own measurements first
-  double start_position = 0;        ///< σ of the displacement of the target's initial guess along each axis [m]
-  double start_orientation = 0;     ///< σ of the rotation of the target's initial guess about each axis [deg]
-  Loss loss{};                      ///< on relative measurements
-  bool level = true;                ///< use the soft prior of a level target
-  Junction junction = Junction::boundary;  ///< of Mode B
-  bool graduated = false;                  ///< robust losses by graduated non-convexity
+  double twist_sigma_factor = 1;    ///< Factor on constant_twist and constant_velocity, the target's motion noise.
+  double usbl_sigma_factor = 1;     ///< Factor on the USBL sigmas that the estimator assumes.
+  double optical_sigma_factor = 1;  ///< Factor on the optical sigmas that the estimator assumes.
+  double max_keyframes = 0;         ///< Use only the first keyframes; 0: all.
+  double window = 0;                ///< Fixed-lag smoothing, errors of the newest states [s]; 0: batch estimate.
+  NewestStateMethod newest{};       ///< With a window.
+  bool calibrated = false;          ///< Calibrate the noise on the trial's own measurements first.
+  double start_position = 0;        ///< σ of the displacement of the target's initial guess along each axis [m].
+  double start_orientation = 0;     ///< σ of the rotation of the target's initial guess about each axis [deg].
+  Loss loss{};                      ///< On relative measurements.
+  bool level = true;                ///< Use the soft prior of a level target.
+  Junction junction = Junction::boundary;  ///< Connection of points and poses in Mode B.
+  bool graduated = false;                  ///< Robust losses by graduated non-convexity.
 
   std::optional<RendezvousMethod> rendezvous{};  ///< simulate a rendezvous instead of an estimate
   double chance = 0;                             ///< RendezvousOptions::chance

@@ -6,8 +6,8 @@
 
 namespace tandem {
 
-/// Returns the text of a JSON value as Tandem writes it: indented, with a final line end, with invalid UTF-8 bytes
-/// replaced, and with the characters escaped that printable() escapes, since the text may go to a terminal.
+/// Returns the text of a JSON value as Tandem writes it: indented, with a final line end, and with invalid UTF-8 bytes
+/// replaced. Escapes the characters that printable() escapes, since the text may go to a terminal.
 std::string json_text(const nlohmann::ordered_json& json);
 /// Returns the text in a single line.
 std::string json_line(const nlohmann::ordered_json& json);

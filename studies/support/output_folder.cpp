@@ -197,7 +197,7 @@ void clean_up(const fs::path& where, const fs::path& folder) {
     const auto process = parse_positive_integer(std::string_view(name).substr(0, name.find('-')));
     if (!process || kill(*process, 0) == 0 || errno == EPERM) continue;  // that run is still alive
     if (!is_own_folder((path / own_mark(path)).c_str())) {
-      rmdir(path.c_str());  // of a run that was killed before it could mark the folder; fails unless it is empty
+      rmdir(path.c_str());  // left by a run that was killed before it marked the folder; fails unless it is empty
       continue;
     }
     if (fs::is_regular_file(fs::symlink_status(path / kExchange)) && is_own_folder((path / kFresh).c_str()) &&

@@ -15,8 +15,8 @@ void end_with_parent();
 /// Discards the text that is buffered for a stream, and clears its error state.
 void discard_output(std::FILE* stream);
 
-/// Returns a text that no other file or folder of the same file system has, also not a copy of this one: the inode and,
-/// where the system knows it, the time of creation. Does not follow links. Returns an empty text on failure.
+/// Returns a text that identifies a file or folder within its file system: the inode and, where the system knows it,
+/// the time of creation. A copy has another text. Does not follow links. Returns an empty text on failure.
 std::string file_identity(const char* path);
 /// Returns whether the path is a folder, not a link to one, that belongs to the user of this process.
 bool is_own_folder(const char* path);

@@ -10,7 +10,7 @@
 namespace tandem {
 namespace {
 
-constexpr double kUpper = 0.975;  // of a two-sided 95 % interval
+constexpr double kUpper = 0.975;  // upper quantile of a two-sided 95 % interval
 
 double mean_of(const std::vector<double>& x) {
   double sum = 0;
