@@ -25,10 +25,10 @@ struct Folder {
 
 /// The expected result of a fault.
 enum class ExpectedOutcome {
-  rejected,  ///< status 1, one sentence, no results
-  survived,  ///< status 0 and an error close to that without the fault
-  either,    ///< one of the two, depending on the kind of sensor
-  finite,    ///< rejected, incomplete (status 2) or done, with finite numbers only
+  rejected,  ///< Status 1, one sentence, no results.
+  survived,  ///< Status 0 and an error close to that without the fault.
+  either,    ///< One of the two, depending on the kind of sensor.
+  finite,    ///< Rejected, incomplete (status 2) or done, with finite numbers only.
 };
 
 /// A fault of a scenario folder.

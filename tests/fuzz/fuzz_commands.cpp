@@ -276,7 +276,7 @@ int execute(const std::string& tandem, const Run& run, const fs::path& folder) {
   return status;
 }
 
-/// Returns what is wrong with a run, or an empty string.
+/// Returns the failure of a run, or an empty string.
 std::string find_fault(int status, const fs::path& folder) {
   if (WIFSIGNALED(status)) return std::string("killed by signal: ") + strsignal(WTERMSIG(status));
   const int code = WEXITSTATUS(status);

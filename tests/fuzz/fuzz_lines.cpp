@@ -12,7 +12,7 @@ using namespace tandem;
 
 Scenario settings(const std::string& yaml) { return read_settings(yaml, "/", RowsIn::stream); }
 
-/// Scenarios with odometry; planar; with sensors of the chaser and a target in NED.
+/// Three scenarios: with odometry, planar, and in NED with the chaser's own sensors and a target.
 const std::array<Scenario, 3>& scenarios() {
   static const std::array<Scenario, 3> all = {
       settings("name: by odometry\n"

@@ -31,7 +31,7 @@ const Foreign& foreign() {
 class Calls {
  public:
   explicit Calls(fuzz::Input& input) : input_(input) {
-    // Handles of another problem.
+    // Handles of another problem, which every function must reject.
     world_.r1.add_foreign(foreign().r1);
     world_.se2.add_foreign(foreign().se2);
   }

@@ -107,7 +107,7 @@ void expect_soft_block() {
 TYPED_TEST(Block, AddSoftBlockAppliesNoiseAndLoss) { expect_soft_block<TypeParam::value>(); }
 TEST(BlockOfOtherSize, AddSoftBlockAppliesNoiseAndLoss) {
   expect_soft_block<2>();
-  expect_soft_block<5>();  // without a kernel of its own
+  expect_soft_block<5>();  // without a kernel for this size
 }
 
 TYPED_TEST(Block, ApplyChartsMultipliesFromTheRight) {

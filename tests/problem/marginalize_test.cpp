@@ -225,8 +225,8 @@ TEST(Marginalize, PriorHessianIsThatOfItsResidual) {
     chain.problem.set_value(chain.x[std::size_t(k)],
                             chain.problem.value(chain.x[std::size_t(k)]) * random_pose(chain.random, 0.9));
   const Model m = model_of(chain.problem);
-  // Expected model: a quadratic of x = X ⊖ X̄ with gradient g₀ and Hessian H₀ at x = 0, so H = Jᵀ H₀ J, g = Jᵀ (g₀ + H₀
-  // x).
+  // Expected model: a quadratic of x = X ⊖ X̄ with gradient g₀ and Hessian H₀ at x = 0. Thus H = Jᵀ H₀ J and g = Jᵀ (g₀
+  // + H₀ x).
   PriorAlone same;
   const Model at_anchor = model_of(same.problem);
   Eigen::VectorXd x(12);

@@ -58,7 +58,7 @@ TEST(AugmentedLagrangian, FindsTheActiveSet) {
   EXPECT_LE(s.iterations, 10);
 }
 
-/// The multiplier estimate keeps its digits even if y / w is of the order of the rounding of c.
+/// The multiplier estimate keeps its digits even if y / w is as small as the rounding of c.
 TEST(AugmentedLagrangian, EstimatesMultipliersWithoutRoundingErrors) {
   Problem problem;
   const auto x = problem.add(R3({0.3, -0.3, 2.5}));

@@ -31,7 +31,8 @@ std::vector<Case> cases() {
   return all;
 }
 
-/// Returns the tolerance on the stationarity of a converged solution. That of NLopt is relative to the residuals.
+/// Returns the tolerance on the stationarity of a converged solution. The tolerance of NLopt is relative to the
+/// residuals.
 double stationarity_tolerance(const AnySolver& solver, double cost) {
   return solver.name.starts_with("nlopt") ? 3e-4 * (1 + std::sqrt(2 * cost)) : 1e-4;
 }

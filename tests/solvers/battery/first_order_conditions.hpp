@@ -18,9 +18,9 @@ struct FirstOrderConditions {
   double stationarity;
   /// Largest violation of a hard row, in its units.
   double violation;
-  /// Least residual of Jᵀ λ = 0 over λ that have the signs of the violations, are 1 for the row with the largest violation
-  /// and zero for inactive rows, relative to the gradient of that row. No step reduces all violations to first order if
-  /// it vanishes.
+  /// Least residual of Jᵀ λ = 0, relative to the gradient of the row with the largest violation. λ has the signs of the
+  /// violations, is 1 for that row, and is zero for inactive rows. No step reduces all violations to first order if it
+  /// vanishes.
   double infeasibility;
   double multipliers;  ///< Σ |y|: the decrease of the cost if each bound is relaxed by one
 };

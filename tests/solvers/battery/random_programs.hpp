@@ -9,12 +9,12 @@
 namespace tandem::testing {
 
 enum class Difficulty {
-  nonconvex,         ///< none but curvature of both signs
-  only_constraints,  ///< variables that only constraints read
-  redundant,         ///< equalities that follow from others, sometimes more than unknowns
-  degenerate,        ///< vanishing gradients of constraints, and more active constraints than unknowns
-  badly_scaled,      ///< variables in units from 1e-3 to 1e3, rows from 1e-4 to 1e4
-  infeasible,        ///< contradictory constraints
+  nonconvex,         ///< None but curvature of both signs.
+  only_constraints,  ///< Variables that only constraints read.
+  redundant,         ///< Equalities that follow from others, sometimes more than unknowns.
+  degenerate,        ///< Vanishing gradients of constraints, and more active constraints than unknowns.
+  badly_scaled,      ///< Variables in units from 1e-3 to 1e3, rows from 1e-4 to 1e4.
+  infeasible,        ///< Contradictory constraints.
 };
 inline constexpr Difficulty kDifficulties[] = {Difficulty::nonconvex,    Difficulty::only_constraints,
                                                Difficulty::redundant,    Difficulty::degenerate,

@@ -26,10 +26,10 @@ using ::testing::Optional;
 using ::testing::ThrowsMessage;
 
 /// Simulates a data stream for a window and for a batch of all data. Points move at nearly constant velocity, with
-/// odometry, an odometry bias without a time, and position measurements, some of them late.
+/// odometry, an odometry bias that is a variable without a time, and position measurements, some of them late.
 class Stream {
  public:
-  static constexpr int kLate = 4;  // delay of late measurements in steps
+  static constexpr int kLate = 4;  // delay of late measurements [steps]
 
   /// Adds the data of step k at time t. `add` adds a point, `problem` gets the blocks.
   template <class Add>
