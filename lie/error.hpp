@@ -11,7 +11,7 @@ namespace tandem {
 /// derived types name the cause:
 ///
 ///   BadInputError             the caller: an argument, an option or data are invalid
-///   StaleHandleError          the caller: a handle, an ID or an evaluator does not belong to the problem, or no longer
+///   StaleHandleError          the caller: a handle, an ID or an evaluator does not belong to the problem (any more)
 ///   NumericalError            the values of the variables, for which there is no result
 ///     UndefinedResidualError  a residual or its derivative has no value
 ///     NotObservableError      the information is singular
