@@ -334,7 +334,7 @@ def measure_building_blocks(session):
     found = session.google("bench_marginals", "^marginals/soft")
     rows.append(["covariances of `docking_a`, 1,538 keyframes", significant(1e3 * found["marginals/soft"]["real_time"]),
                  "–"])
-    lag = {"processor time": "fixed-lag smoother: update", "marginalising": "of it, marginalisation",
+    lag = {"processor time": "fixed-lag smoother: update", "marginalising": "marginalisation, part of the update",
            "covariance of newest pair": "fixed-lag smoother: newest covariance"}
     times = {title.strip(): cells for title, *cells in
              matched(r"^ *(\S.*?)  +p50 +([\d.]+) ms +p99 +([\d.]+) ms", session.run("bench_fixed_lag"),

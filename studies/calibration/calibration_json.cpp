@@ -26,7 +26,7 @@ JsonFields<CalibratedParameter> parameter_fields() {
       .add("at_bound", "whether the estimate ran to the limit, a factor of 1000",
            [](const P& p) { return p.result.at_limit; })
       .add("rows", "number of residual rows", [](const P& p) { return p.result.rows; })
-      .add("effective_rows", "number of rows that the states do not absorb",
+      .add("effective_rows", "degrees of freedom: rows minus the share that the estimated states absorb",
            [](const P& p) { return p.result.effective_rows; })
       .add("flat_from", "lower end of the range in which the log profile evidence is within 2 of its maximum",
            [](const P& p) { return p.given * p.result.flat_from; })

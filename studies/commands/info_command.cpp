@@ -30,7 +30,7 @@ int run_info(const InfoRequest& request) {
 Command info_command() {
   return {[](CommandOptions& option) {
             const auto request = std::make_shared<InfoRequest>();
-            option.footer("It reads a folder with defects, too, and says what looks wrong.");
+            option.footer("Also reads folders with defects, and reports suspicious data.");
             option.exit_status("Exit status: 0 shown, 1 invalid input or usage.");
             option.argument("scenario", "SCENARIO", "Scenario folder, or name of a built-in scenario",
                             request->scenario);

@@ -14,7 +14,8 @@ void add_own_sensors(CommandOptions& option, OwnSensorOptions& own, bool recordi
          own.navigation.alignment, recording ? parse_non_negative : parse_positive);
   option.flag("--dvl-scale", "Estimate the scale factor of the DVL", ego.dvl_scale);
   option.advanced();
-  option.flag("--preintegrated-dvl", "Sum the DVL velocities between keyframes into one residual, for comparison",
+  option.flag("--preintegrated-dvl",
+              "Preintegrate the DVL velocities between keyframes into one residual, for comparison",
               ego.preintegrated_dvl);
   if (!recording) return;
   option.flag("--vibration", "Use the scatter of the IMU samples as its noise if it far exceeds the stated noise",

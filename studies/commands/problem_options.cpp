@@ -43,11 +43,12 @@ void add_problem(CommandOptions& option, ProblemRequest& request, bool limits) {
   add_scenario(option, request.scenario, "Scenario folder, or name of a built-in scenario");
   TrackingOptions& target = request.target;
   option.group(kTarget);
-  option("--mode", "A|B",
-         "Target states: poses (A, default), or points without pose fixes (B). In Mode B the target is a pose at "
-         "keyframes "
-         "with a measured pose, otherwise a point",
-         target.mode, parse_mode);
+  option(
+      "--mode", "A|B",
+      "Target states: poses (A, default), or points where no pose is measured (B). In Mode B the target is a pose at "
+      "keyframes "
+      "with a measured pose, otherwise a point",
+      target.mode, parse_mode);
   option("--model", "NAME", fmt::format("Motion model: {} (default), {}", model_names().front(), other_models()),
          target.model, parse_model);
   option("--non-holonomic", "soft|hard|off", "No sway and no heave: role of the constraint (default off)",

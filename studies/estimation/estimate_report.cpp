@@ -182,8 +182,8 @@ std::string report(const Estimate& estimate) {
     text += "\n" + constants;
   text += "\n" + fit_text(estimate.fit);
   for (const LikelyCause& cause : estimate.causes)
-    text += fmt::format("Likely cause: {}: {} (cost of the first part {:.6g}, else {:.6g}).\n", cause.sensor,
-                        cause.text, cause.after, cause.before);
+    text += fmt::format("Likely cause: {}: {} (cost of the first part {:.6g}, without this change {:.6g}).\n",
+                        cause.sensor, cause.text, cause.after, cause.before);
   text += warnings(estimate);
   if (!estimate.why_no_uncertainty.empty()) text += fmt::format("\nNo covariances: {}\n", estimate.why_no_uncertainty);
   return text;

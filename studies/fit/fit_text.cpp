@@ -65,7 +65,7 @@ JsonFields<FitReport> fit_fields() {
                                [](const SensorFit& s) { return s.rejected; })
                           .add("down_weighted", "number that the robust loss gives a weight below 0.5",
                                [](const SensorFit& s) { return s.down_weighted; })
-                          .add("expected_down_weighted", "the same, expected if the noise is as stated",
+                          .add("expected_down_weighted", "expectation of down_weighted if the noise is as stated",
                                [](const SensorFit& s) { return s.expected_down_weighted; })
                           .add_map("components", "COMPONENT",
                                    "standardised residuals of the measurements that are not down-weighted", series,
@@ -89,7 +89,7 @@ JsonFields<FitReport> fit_fields() {
            [](const FitReport& f) { return f.consistent(); })
       .add("verdict", "the verdict in words", [](const FitReport& f) { return f.verdict(); })
       .add("cost", "cost of the problem", [](const FitReport& f) { return f.cost; })
-      .add("expected_cost", "its expectation if the noise is as stated",
+      .add("expected_cost", "expected cost if the noise is as stated",
            [](const FitReport& f) { return f.expected_cost; })
       .add("cost_sigma", "standard deviation of the cost in that case", [](const FitReport& f) { return f.cost_sigma; })
       .add_map("sensors", "SENSOR", "fit of each sensor", sensor, [](const FitReport& f) {

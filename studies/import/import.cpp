@@ -127,7 +127,7 @@ void check_use(const Import& import) {
   for (const auto& s : import.sensors)
     names.push_back(fmt::format("{} ({})", s->sensor().name, s->sensor().type->name));
   throw Error(fmt::format(
-      "{} gives {}, which is no scenario: it needs the chaser's own sensors (imu, dvl, depth, gps, heading), or "
+      "{} gives {}, which is not a scenario: it needs the chaser's own sensors (imu, dvl, depth, gps, heading), or "
       "odometry "
       "and a sensor of the target (position, pose, range_bearing, bearing, range); name their streams in a map",
       import.source.string(), listed(names)));

@@ -24,7 +24,7 @@ struct Import {
   std::optional<double> declination;     ///< rad; if headings are magnetic
   std::vector<std::string> defects;      ///< defects of the file
   std::vector<std::string> assumptions;  ///< values that neither the map nor the data state
-  std::vector<std::string> findings;     ///< what looks wrong
+  std::vector<std::string> findings;     ///< suspicious data, one sentence each
 };
 
 /// Reads the sensors of a map from a recording and converts their rows. `stop` is called now and then and may throw.

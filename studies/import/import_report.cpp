@@ -138,7 +138,7 @@ JsonFields<WrittenImport> import_fields() {
       .add("assumptions", "values that neither the map nor the data state",
            [](const I& i) { return i.import.assumptions; })
       .add("defects", "defects of the file", [](const I& i) { return i.import.defects; })
-      .add("findings", "what looks wrong", [](const I& i) { return i.import.findings; });
+      .add("findings", "suspicious data, one sentence each", [](const I& i) { return i.import.findings; });
   return fields;
 }
 

@@ -21,7 +21,7 @@ constexpr DefaultNoise kNoise[] = {
     {"constant_twist", "[0.15, 0.05, 0.05, 0.02, 0.02, 0.06]", "change of the target's motion, per sqrt(s)"},
     {"roll_pitch", "[0.05, 0.05]", "roll and pitch of the target [rad]"},
     {"constant_velocity", "[0.15, 0.15, 0.05]", "as constant_twist, for points (mode B)"},
-    {"boundary", "[0.001, 0.001, 0.001]", "joints of mode B [m]"}};
+    {"boundary", "[0.001, 0.001, 0.001]", "boundary residuals of mode B [m]"}};
 
 /// Noise of an IMU of the MEMS grade.
 constexpr DefaultNoise kImuNoise[] = {{"accelerometer", "2.0e-3", "m/s^2/sqrt(Hz)"},

@@ -111,7 +111,7 @@ JsonFields<ScenarioInspection> inspection_fields() {
                              }),
                 [](const I& i) -> const std::vector<S>& { return i.series; })
       .add("unreadable", "files that cannot be read, with the reason", [](const I& i) { return i.unreadable; })
-      .add("findings", "what looks wrong", [](const I& i) { return i.findings; });
+      .add("findings", "suspicious data, one sentence each", [](const I& i) { return i.findings; });
 }
 
 }  // namespace

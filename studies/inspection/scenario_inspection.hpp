@@ -20,7 +20,7 @@ struct ScenarioInspection {
   std::vector<Table> tables;   ///< owners of the rows of `series`
   std::vector<SensorSeries> series;
   std::vector<std::string> unreadable;  ///< one sentence for each file that cannot be read
-  std::vector<std::string> findings;    ///< what looks wrong
+  std::vector<std::string> findings;    ///< suspicious data, one sentence each
 
   bool is_ned() const { return frame == "NED-FRD"; }
   double first() const, last() const;  ///< time of the first and last row of all sensors [s]

@@ -167,8 +167,7 @@ CsvTable<GpsOutage> outage_columns() {
       .add("from", "last fix before the outage, or start of the recording [s]",
            [](const GpsOutage& o) { return o.from; })
       .add("to", "first fix after the outage, or end of the recording [s]", [](const GpsOutage& o) { return o.to; })
-      .add("distance_m", "distance travelled during the outage by the truth [m]",
-           [](const GpsOutage& o) { return o.distance; })
+      .add("distance_m", "true distance travelled during the outage [m]", [](const GpsOutage& o) { return o.distance; })
       .add("drift_m", "horizontal error at the end of the outage [m]", [](const GpsOutage& o) { return o.drift; })
       .add("largest_m", "largest horizontal error during the outage [m]", [](const GpsOutage& o) { return o.largest; });
 }

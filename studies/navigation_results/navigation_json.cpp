@@ -109,7 +109,7 @@ JsonFields<GpsOutage> outage_fields() {
   return JsonFields<O>()
       .add("from", "last fix before the outage, or start of the recording [s]", [](const O& o) { return o.from; })
       .add("to", "first fix after the outage, or end of the recording [s]", [](const O& o) { return o.to; })
-      .add("distance_m", "distance travelled during the outage by the truth [m]",
+      .add("distance_m", "true distance travelled during the outage [m]",
            [](const O& o) { return o.drift ? o.distance : std::nullopt; })
       .add("drift_m", "horizontal error at the end of the outage [m]", [](const O& o) { return o.drift; })
       .add("drift_percent", "drift in percent of the distance",
@@ -193,12 +193,12 @@ JsonFields<Study> navigation_fields() {
                     if (!last) return {};
                     return FinalError{*last, s.comparison.distance};
                   })
-      .add("distance_m", "distance travelled by the truth [m]", [](const Study& s) { return s.comparison.distance; })
+      .add("distance_m", "true distance travelled [m]", [](const Study& s) { return s.comparison.distance; })
       .add("truth_at_antenna_of", "gps sensor at whose antenna estimate and truth are compared",
            [](const Study& s) {
              return s.comparison.antenna.empty() ? std::nullopt : std::optional(s.comparison.antenna);
            })
-      .add("truth_aligned", "sentence that says how the truth was aligned with the estimate",
+      .add("truth_aligned", "sentence about the alignment of the truth with the estimate",
            [](const Study& s) {
              return s.comparison.alignment.empty() ? std::nullopt : std::optional(s.comparison.alignment);
            })

@@ -28,7 +28,7 @@ struct NavigationError {
 /// An interval without GPS fixes.
 struct GpsOutage {
   double from, to;                   ///< The last fix and the next one, or the ends of the recording [s].
-  std::optional<double> distance{};  ///< Distance travelled by the truth [m].
+  std::optional<double> distance{};  ///< True distance travelled [m].
   std::optional<double> drift{};     ///< Horizontal error at the last keyframe before `to` [m].
   std::optional<double> largest{};   ///< Largest horizontal error in the interval [m].
 };
@@ -46,7 +46,7 @@ struct NavigationComparison {
   /// The point of the body to which the truth refers: the origin, or the GPS antenna if the truth has positions only.
   Vector<3> point = Vector<3>::Zero();
   std::string antenna;             ///< name of the sensor with that antenna, or empty
-  std::optional<double> distance;  ///< distance travelled by the truth between the first and the last keyframe [m]
+  std::optional<double> distance;  ///< true distance travelled between the first and the last keyframe [m]
   std::vector<GpsOutage> outages;  ///< empty if the navigation uses no GPS
 };
 

@@ -62,7 +62,7 @@ class JsonLinesRecording : public Recording {
               });
     if (streams_.empty()) throw Error(fmt::format("{}: no line is a JSON object", file.string()));
     if (bad > 0)
-      add_defect(fmt::format("{} lines are no JSON objects and are skipped, the first is line {}", bad, first_bad));
+      add_defect(fmt::format("{} lines are not JSON objects and are skipped; the first is line {}", bad, first_bad));
   }
 
   void read(const std::vector<RowRequest>& requests, const std::function<void()>& stop) override {
