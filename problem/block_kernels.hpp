@@ -5,9 +5,9 @@
 #include <tandem/problem/instruction_set.hpp>
 #include <tandem/residuals/residual.hpp>
 
-/// Products of small column-major matrices. Eigen expressions of them dominated the compile time of a problem. Compilers
-/// vectorise these plain loops as well. Sizes are an int or, for the common ones, a std::integral_constant; see
-/// with_size(). All functions may be called within dispatch_simd().
+/// Products of small column-major matrices. Eigen expressions of them dominated the compile time of a problem.
+/// Compilers vectorise these plain loops as well. Sizes are an int or, for the common ones, a std::integral_constant;
+/// see with_size(). All functions may be called within dispatch_simd().
 namespace tandem::detail {
 
 /// Number of rows that an array for a column needs.
@@ -92,8 +92,8 @@ TANDEM_INLINED void transpose(M rows, N columns, double factor, const double* A,
     for (int j = 0; j < columns; ++j) T[i * columns + j] = factor * A[j * rows + i];
 }
 
-/// H += A B, where `inner` is the number of columns of A, `columns` that of B, and `stride` the distance between columns
-/// of H. A has few rows.
+/// H += A B, where A has `inner` columns, B has `columns` columns, and the columns of H are `stride` entries apart. A
+/// has few rows.
 template <class M, class K, class N>
 TANDEM_INLINED void add_product(M rows, K inner, N columns, const double* A, const double* B, double* H, int stride) {
   for (int j = 0; j < columns; ++j) add_multiplied(rows, inner, A, B + j * inner, H + j * stride);

@@ -5,8 +5,8 @@
 namespace tandem::detail {
 namespace {
 
-/// Adds factor Jaᵀ M Jb, or its transpose, to a column-major block. N is the size if it is a common one. `scratch` has
-/// room for two blocks.
+/// Adds factor Jaᵀ M Jb, or its transpose, to a column-major block. N is the size of the block, or Eigen::Dynamic.
+/// `scratch` has room for two blocks.
 template <int N, class Ja, class M, class Jb>
 void add_product(const Ja& a, const M& m, const Jb& b, double factor, double* to, int stride, bool transposed,
                  double* scratch) {

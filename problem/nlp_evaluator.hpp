@@ -58,8 +58,8 @@ class NlpEvaluator {
   /// in_elimination_order() of solvers/linear.
   using HessianLayout = SymmetricPattern (*)(const SymmetricPattern&);
 
-  /// Computes all patterns. `layout` determines that of the Hessian if it is not null. Throws BadInputError if the
-  /// problem has no free variable.
+  /// Computes all patterns. If `layout` is not null, it determines the pattern of the Hessian. Throws BadInputError if
+  /// the problem has no free variable.
   explicit NlpEvaluator(Problem& problem, SoftBoundRole soft_bounds = SoftBoundRole::in_cost,
                         HessianLayout layout = nullptr);
   ~NlpEvaluator();

@@ -69,7 +69,7 @@ class PoolBase {
   /// Adds the exact Hessian of factor · cost (soft pools) or multipliersᵀ c (hard pools) of the blocks begin … end − 1
   /// in the order of evaluation.
   ///
-  /// If the residual implements second derivatives, those of the charts are not included.
+  /// If the residual implements second derivatives, the result excludes the second derivatives of the charts.
   /// StateStoreBase::add_chart_curvature() computes them from `gradient`, to which this function adds the gradient with
   /// respect to perturbations of the point. Otherwise the Hessian is a central difference of the closed-form gradient
   /// and includes the charts.

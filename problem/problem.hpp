@@ -61,8 +61,8 @@ std::uint64_t new_problem_serial();
 class Problem {
  public:
   Problem() = default;
-  /// Move and swap contents. Handles, blocks and IDs follow the contents; those of the contents that an assignment
-  /// replaces become invalid. A moved-from problem is empty and can be used again. An NlpEvaluator or a Subproblem of
+  /// Move and swap contents. Handles, blocks and IDs follow the contents. If an assignment replaces contents, their
+  /// handles become invalid. A moved-from problem is empty and can be used again. An NlpEvaluator or a Subproblem of
   /// either problem is no longer valid.
   Problem(Problem&& other) noexcept { swap(other); }
   Problem& operator=(Problem&& other) noexcept {

@@ -32,8 +32,8 @@ class ProblemData {
     double constant = 0;
   };
 
-  std::vector<Variable> variables;  ///< in order of creation
-  std::vector<Block> blocks;        ///< in order of evaluation
+  std::vector<Variable> variables;  ///< variables in the order of creation
+  std::vector<Block> blocks;        ///< blocks in the order of evaluation
   double loss_scale = 1;
 
   ProblemData() = default;

@@ -14,7 +14,7 @@ int open_regular_file(const std::filesystem::path& file);
 /// if that fails.
 std::size_t read_some(int descriptor, char* bytes, std::size_t size, const std::filesystem::path& file);
 
-/// Returns the content of a regular file. Throws Error as open_regular_file() and read_some() do.
+/// Returns the content of a regular file. Throws Error like open_regular_file() and read_some() do.
 std::string read_regular_file(const std::filesystem::path& file);
 
 }  // namespace tandem::detail

@@ -74,8 +74,8 @@ double SoftPool::add(const PoolPlacement& place, std::size_t i, double* r, doubl
                                           gradient, H);
 }
 
-/// Accumulates one batch: blocks k … end − 1 in the order of evaluation, at most kBatch. Adds their costs to `total` one
-/// by one, like cost(), for a bitwise equal sum.
+/// Accumulates one batch: blocks k … end − 1 in the order of evaluation, at most kBatch. Adds their costs to `total`
+/// one by one, like cost(), for a bitwise equal sum.
 void SoftPool::accumulate_batch(Reader& at, const PoolPlacement& place, int k, int end, double& total, double* gradient,
                                 double* H) const {
   const Reader::Blocks blocks = at.batch(place, k, end);

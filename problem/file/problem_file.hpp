@@ -11,7 +11,7 @@ namespace tandem {
 /// gives bitwise the same result. Throws BadInputError if a residual, or a member of it, has no function fields() (see
 /// Fields), or if the file cannot be written. An existing file then stays unchanged.
 void write_problem(const Problem& problem, const std::filesystem::path& file);
-/// Reads a problem file. Throws BadInputError with the location of the mistake. A group, or a residual in a role, that
+/// Reads a problem file. Throws BadInputError with the location of the mistake. A group, or a role of a residual, that
 /// this program does not use is also an error. Problem::variables() and Problem::blocks() return the handles.
 Problem read_problem(const std::filesystem::path& file);
 

@@ -10,7 +10,7 @@ namespace tandem {
 namespace {
 
 constexpr double kLevelling = 1.0;        // s; averaging time of the specific force for roll and pitch
-constexpr double kFirstSeconds = 5.0;     // s; the first measurement of a sensor must be this early to be used
+constexpr double kFirstSeconds = 5.0;     // s; maximum time of the first measurement that is used
 constexpr double kLooseHeading = 3.0;     // rad, standard deviation
 constexpr double kLoosePosition = 100.0;  // m, standard deviation
 

@@ -70,7 +70,8 @@ struct PlacedEgoMeasurement {
   std::size_t sensor;
   double t;                    ///< time of validity [s]
   std::optional<Block> block;  ///< none for DVL readings that are preintegrated
-  /// Block of a new bias state, if the measurement added one: its prior, or the Gauss–Markov step from the one before.
+  /// Block of a new bias state, if the measurement added one: its prior, or the Gauss–Markov step from the previous
+  /// state.
   std::optional<Block> bias_block{};
 };
 

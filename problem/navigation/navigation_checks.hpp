@@ -11,10 +11,10 @@ namespace tandem {
 struct NavigationFinding {
   enum class Kind {
     not_finite,   ///< Lines with NaN or infinity; dropped.
-    backwards,    ///< Lines whose time runs backwards; drops the fewest lines that make the times increase.
+    backwards,    ///< Lines whose time runs backwards; as few lines as possible are dropped.
     repeated,     ///< Lines that repeat a time; all but the first are dropped.
     saturated,    ///< IMU samples at the end of their range; kept.
-    stuck,        ///< A repeated value; kept for an IMU axis, dropped except for the first line for other sensors.
+    stuck,        ///< A repeated value; kept on IMU axes; other sensors keep only its first line.
     gap,          ///< No IMU samples for longer than max_gap; splits the chain of keyframes.
     silent,       ///< No measurements of another sensor for a long time.
     late,         ///< A sensor starts long after the recording.

@@ -67,7 +67,7 @@ enum class EgoMounting { none, position, orientation };
 /// Properties of one type of the chaser's sensors, except for its residual. File readers, online feeds, checks,
 /// simulation and problem builders use them. The table of all types is in navigation_data.cpp.
 struct EgoSensorTraits {
-  std::string_view name;     ///< in scenario.yaml and messages
+  std::string_view name;     ///< name in scenario.yaml and messages
   std::string_view columns;  ///< columns of its files, the time t [s] first
   EgoReading reading;
   EgoMounting mounting;
@@ -119,7 +119,7 @@ struct EgoSensor {
   Eigen::VectorXd sigma{};                     ///< One per residual row [m/s, m, rad]; heading: about body x y z.
   SE3 mount{};                                 ///< Sensor in the body; only the part that EgoMounting names is used.
   double delay = 0;                            ///< s; a measurement stamped t was valid at t − delay.
-  std::optional<Loss> loss{};                  ///< Replaces that of EgoOptions.
+  std::optional<Loss> loss{};                  ///< Replaces EgoOptions::loss.
   std::vector<EgoMeasurement> measurements{};  ///< In time order.
   std::optional<SystematicError> error{};      ///< Systematic errors to estimate.
 

@@ -8,7 +8,7 @@ namespace tandem {
 
 // Plausibility checks that check() calls. They require increasing times, and throw Error for implausible readings.
 
-/// Checks that the median magnitude of the specific force is that of gravity, and that it points up.
+/// Checks that the median specific force has the magnitude of gravity and points up.
 std::optional<NavigationFinding> check_specific_force(const NavigationData& data);
 /// Checks unit and sign of the angular rate against the specific force and the heading sensor, if there is one.
 void check_angular_rate(const NavigationData& data);

@@ -26,10 +26,10 @@ struct PlanOptions {
   SE3 goal{};                        ///< Desired pose of the chaser in the frame of the target.
   double running_position = 10;      ///< σ of the distance to the goal at each step [m].
   double running_orientation = 1.0;  ///< σ of the rotation to the goal at each step [rad].
-  double terminal_position = 1.0, terminal_orientation = 0.2;  ///< σ of the two at the last step [m, rad].
-  double running_speed = 1.0, running_turn_rate = 0.3;  ///< σ of the velocity relative to the target [m/s, rad/s].
-  double effort = 1.0;                                  ///< σ of the commands, in units of half their range.
-  double rate = 0.5;                                    ///< σ of their change per step, in units of half their range.
+  double terminal_position = 1.0, terminal_orientation = 0.2;  ///< Both σ at the last step [m, rad].
+  double running_speed = 1.0, running_turn_rate = 0.3;         ///< Velocity relative to the target: σ [m/s, rad/s].
+  double effort = 1.0;                                         ///< σ of the commands, in units of half their range.
+  double rate = 0.5;  ///< σ of their change per step, in units of half their range.
 
   /// Cost per nat of the expected loss of information from fixes at each step, or of an upper bound on it (see
   /// Visibility). It makes the chaser keep the target in sight. 0 disables it.
@@ -52,7 +52,7 @@ struct PlanOptions {
 
 /// Returns the weight of a coupled plan's costs (CoupledEstimate::cost_weight) for the covariance of the target's pose
 /// at the end of the plan (right perturbations [m, rad]). With this weight, the information of the terminal goal about
-/// the target is at most 1e-4 of that of the estimate.
+/// the target is at most 1e-4 of the information of the estimate.
 double coupled_cost_weight(const PlanOptions& options, const Matrix<6, 6>& covariance_at_end);
 
 /// Returns the information gain of one fix for a target pose of this covariance: ½ log det(I + Σ R⁻¹) [nat].

@@ -19,7 +19,7 @@ void TrackingBuild<G>::assume_range() {
     if (type->has(measured::position | measured::range) || !type->has(measured::direction | measured::angles)) return;
     bearings.push_back(&m);
   }
-  const Gaussian noise{std::sqrt(double(bearings.size()))};  // all together, a factor e
+  const Gaussian noise{std::sqrt(double(bearings.size()))};  // all of them together: σ of a factor e
   for (const PlacedMeasurement* bearing : bearings) {
     const std::size_t k = bearing->keyframe;
     const TargetSensor& sensor = data.sensors[bearing->sensor];

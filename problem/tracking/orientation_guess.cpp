@@ -11,8 +11,8 @@
 namespace tandem::detail {
 namespace {
 
-constexpr std::size_t kVoters = 9;                         // number of pose measurements that vote on each
-constexpr double kTravelVote = 0.5;                        // weight of a direction of travel; a measurement has 1
+constexpr std::size_t kVoters = 9;                         // neighbours that an orientation is compared with
+constexpr double kTravelVote = 0.5;                        // weight of a direction of travel, relative to a measurement
 constexpr double kMaxDisagreement = std::numbers::pi / 4;  // rad
 constexpr double kMinSpeedSigmas = 4;  // speed, in standard deviations, above which its direction is known
 

@@ -67,7 +67,7 @@ inline constexpr unsigned height = 32;    ///< z, up [m].
 /// Properties of one type of target sensor, except for its residual. File readers, online feeds and problem builders
 /// use them. The table of all types is in target_sensor.cpp.
 struct SensorTraits {
-  std::string_view name;  ///< in scenario.yaml and messages
+  std::string_view name;  ///< name in scenario.yaml and messages
   unsigned parts;         ///< flags of namespace `measured`
   detail::Placement place;
 

@@ -43,8 +43,8 @@ class TargetWindow {
   /// Adds a measurement at a keyframe or between two. Returns the reason if this fails, e.g. because the measurement is
   /// outside of the window.
   std::optional<std::string> add_measurement(std::size_t sensor, const Measurement& m);
-  /// Returns the block of the measurement that was added last; for a pose with two residuals, that of the position. For
-  /// a pose, the first G::point_dim rows are the position. No keyframe may have been dropped since.
+  /// Returns the block of the measurement that was added last. For a pose with two residuals, this is the block of the
+  /// position. For a pose, the first G::point_dim rows are the position. No keyframe may have been dropped since.
   const Block& last_block() const { return out_.measurements.back().block.value(); }
   /// Removes the measurement that was added last. No keyframe may have been dropped since.
   void remove_last_measurement();
@@ -112,7 +112,7 @@ class TargetWindow {
   std::vector<FixedDelayMeasurement> fixed_delay_measurements_;
   std::map<std::size_t, FixedDelay> fixed_delays_;  // by sensor
   bool chaser_given_ = false;
-  bool new_boundary_point_ = false;  // the last keyframe added a boundary point to the one before
+  bool new_boundary_point_ = false;  // the last keyframe added a boundary point to the previous keyframe
 };
 
 template <LieGroup G>

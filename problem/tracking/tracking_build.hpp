@@ -103,9 +103,10 @@ struct TrackingBuild {
 
 /// Returns the time [s] before and after a measurement in which the motion is evaluated to estimate its delay.
 ///
-/// With a longer window, turns between keyframes are smoothed out: twelve standard deviations make a true delay 3 % too
-/// long (SensorConstants tests). With a shorter one, the noise of the keyframes acts as motion and an unobservable
-/// delay seems observable: two standard deviations give a false standard error of 0.08 s in simulated dockings.
+/// The unit of the window is the prior standard deviation of the delay. A longer window smooths out turns between
+/// keyframes: with 12, a true delay is estimated 3 % too long (SensorConstants tests). In a shorter window, the noise
+/// of the keyframes acts as motion, and an unobservable delay seems observable. With 2, simulated dockings give a false
+/// standard error of 0.08 s.
 inline double motion_half_window(const SystematicError& error) {
   constexpr double kDelaySigmas = 6;
   return kDelaySigmas * error.delay_sigma;

@@ -93,7 +93,7 @@ struct TrackingOptions {
   std::size_t max_keyframes = 0;  ///< use only the first keyframes; 0: all
 };
 
-/// Returns the loss on a sensor's measurements: that of the sensor, or else that of the options.
+/// Returns the loss on a sensor's measurements: TargetSensor::loss, or else TrackingOptions::loss.
 Loss loss_of(const TargetSensor& sensor, const TrackingOptions& options);
 /// Returns the loss on a sensor's measured orientations, or nullopt if they are not separate residuals.
 std::optional<Loss> orientation_loss_of(const TargetSensor& sensor, const TrackingOptions& options);
