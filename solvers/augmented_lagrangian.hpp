@@ -10,7 +10,7 @@ namespace tandem {
 ///
 /// Each step minimises the Gauss-Newton model of the augmented Lagrangian, a convex piecewise quadratic. A semismooth
 /// Newton iteration finds the active rows. The multipliers at the minimum are the next ones, as in stabilised SQP. Near
-/// a solution the convergence is thus that of Gauss-Newton, for any penalty. The augmented Lagrangian is also the merit
+/// a solution, the method thus converges like Gauss-Newton, for any penalty. The augmented Lagrangian is also the merit
 /// function of the damping. Multipliers that increase the residual of the optimality conditions are rejected.
 ///
 /// Sources: Gill & Robinson 2012, A primal-dual augmented Lagrangian, §4; Jallet et al. 2023, ProxDDP, §III; Qi & Sun

@@ -20,7 +20,8 @@ class AugmentedModel final : public SoftModel {
   AugmentedModel(NlpEvaluator& nlp, Session& session, const LevenbergMarquardtOptions& options, double penalty);
 
   /// Adds the exact curvature of the Lagrangian at X̄ to the Gauss-Newton Hessian. Uses the multipliers of the last
-  /// step. The curvature is evaluated once, at the price of a few linearisations, and kept until reduce_curvature().
+  /// step. The curvature is evaluated once, which costs as much as a few linearisations, and kept until
+  /// reduce_curvature().
   void add_curvature();
   bool has_curvature() const { return curvature_share_ > 0.0; }
   /// The two measures that a filter weighs: the cost, and the violation √Σ w⁰ᵢ vᵢ² of the hard constraints [standard

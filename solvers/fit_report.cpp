@@ -13,8 +13,8 @@ namespace {
 
 constexpr double kMaxRms = 2;
 constexpr double kMaxContested = 0.1;
-constexpr double kGenerous = 0.7;           // cost below this share of its expectation: generous noise
-constexpr double kMinVarianceShare = 0.05;  // smallest remaining share of the noise variance: states absorb the rest
+constexpr double kGenerous = 0.7;           // share of the expected cost, below which the stated noise is too large
+constexpr double kMinVarianceShare = 0.05;  // minimum share of the noise variance that is left in a residual
 constexpr std::size_t kWorst = 5;
 
 std::string text(const char* format, double value) {

@@ -13,10 +13,10 @@ namespace {
 constexpr int kMaxCandidates = 6;       // Suspicious pivots that are tried.
 constexpr double kMinDifference = 0.1;  // Difference of H and E along candidates that may be gauges.
 constexpr int kMaxSteps = 150;          // Lanczos steps per candidate.
-constexpr double kCurved = 0.1;         // Eigenvalue of a direction that the exact Hessian observes.
-constexpr double kMargin = 3;           // Residuals of an eigenvector between its eigenvalue and that of a gauge.
-constexpr double kFlat = 1e-2;          // Eigenvalue of a gauge.
-constexpr double kResidual = 1e-3;      // Residual of an eigenvector.
+constexpr double kCurved = 0.1;         // Minimum eigenvalue of a direction that the exact Hessian observes.
+constexpr double kMargin = 3;           // Distance from the eigenvalue of a gauge, in residuals of the eigenvector.
+constexpr double kFlat = 1e-2;          // Maximum eigenvalue of a gauge.
+constexpr double kResidual = 1e-3;      // Maximum residual of an eigenvector.
 constexpr double kStep = 1e-3;          // Step of difference quotients [standard deviations].
 constexpr double kMaxTurn = 0.3;        // Largest rotation in a finite move [rad].
 constexpr int kMaxCorrections = 6;      // Steps back into the valley of the cost.

@@ -172,7 +172,7 @@ std::string why_not(const Problem& problem, const IpoptOptions& options) {
   return {};
 }
 
-/// Sets the options of a warm start with multipliers and barrier, or those of a cold one, except those in `given`.
+/// Sets the options of a warm start with multipliers and barrier, or of a cold start. Keeps the options in `given`.
 void choose_start(Ipopt::IpoptApplication& app, bool warm, double barrier,
                   const std::map<std::string, std::string>& given) {
   app.Options()->SetStringValue("warm_start_init_point", warm ? "yes" : "no");

@@ -10,8 +10,8 @@
 namespace tandem::detail {
 
 /// Solves Ipopt's linear systems by CondensedKkt. Two adapters exist: ipopt_linear_solver.cpp derives from Ipopt's own
-/// interface for linear solvers, whose headers Ipopt 3.13 and newer install; ipopt_ma57.cpp takes the place of MA57 in
-/// Ipopt 3.11 and 3.12.
+/// interface for linear solvers, whose headers Ipopt 3.13 and newer install; ipopt_ma57.cpp replaces MA57 in Ipopt 3.11
+/// and 3.12.
 class BlockCholeskyInIpopt {
  public:
   /// Returns whether one of the adapters supports the installed version of Ipopt.

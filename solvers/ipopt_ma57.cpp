@@ -16,7 +16,8 @@ namespace tandem::detail {
 #ifdef TANDEM_IPOPT_HAS_HSL_LOADER
 namespace {
 
-/// The functions have no user pointer: each thread has its own solver. Null while a thread runs no optimize().
+/// The functions have no user pointer, so each thread has its own solver. Null while the thread does not run
+/// optimize().
 thread_local BlockCholeskyInIpopt* current = nullptr;
 
 /// Functions with the names and arguments of MA57 (HSL, MA57 package specification), as far as Ipopt uses them. Arrays
@@ -26,7 +27,8 @@ struct Ma57 {
   static constexpr int kFailed = -1;
   static constexpr double kPivotTolerance = 1e-8;  ///< while Ipopt has not raised it
 
-  /// Sets default controls. Ipopt sets cntl[0] to its option ma57_pivtol, and raises it if it requires a better solution.
+  /// Sets default controls. Ipopt sets cntl[0] to its option ma57_pivtol, and raises it if it requires a better
+  /// solution.
   static void initialize(double* cntl, int* icntl) {
     std::fill_n(cntl, 5, 0.0);
     std::fill_n(icntl, 20, 0);

@@ -14,10 +14,10 @@ namespace tandem::detail {
 namespace {
 
 constexpr double kRecenterAngle = 2.0;         // [rad]; the chart ends at π, and a restart loses Ipopt's history.
-constexpr double kIpoptInfinity = 1e20;        // Above Ipopt's nlp_upper_bound_inf.
+constexpr double kIpoptInfinity = 1e20;        // Exceeds Ipopt's nlp_upper_bound_inf.
 constexpr double kSmallCostChange = 1e-2;      // Relative change of the cost per iteration.
 constexpr int kMaxGaussNewtonIterations = 50;  // Iterations with Gauss-Newton; 10 to 30 are usual if it converges.
-constexpr double kMinDamping = 1e-12;          // Below, it is not more than the rounding of a diagonal entry.
+constexpr double kMinDamping = 1e-12;          // Smaller damping is below the rounding of a diagonal entry.
 constexpr double kWhiteningDamping = 1e-10;    // Relative to the diagonal; whitening may be inexact.
 constexpr double kWarmBarrier = 1e-6;    // Barrier for multipliers of an earlier solve, whose active bounds are close.
 constexpr int kStagnantIterations = 15;  // Iterations without a significant decrease.
@@ -27,7 +27,7 @@ constexpr double kNegligibleSlope = 1e16;   // Stiffness of a row along a variab
 constexpr double kMaxCostScale = 1e12;      // Limit of the cost scale.
 constexpr double kMaxCostError = 1e-5;      // Maximum error of the cost by the barrier, relative to the cost.
 constexpr double kNegligibleCost = 1e-3;    // Cost that counts as zero, relative to that expected at the initial guess.
-constexpr double kMaxDamping = 1e3;         // More only shortens a gradient step, as the line search does.
+constexpr double kMaxDamping = 1e3;         // Larger damping only shortens a gradient step, as the line search does.
 
 }  // namespace
 

@@ -40,8 +40,8 @@ class IpoptNlp final : public Ipopt::TNLP {
   /// Last iterate; after a run, the final one.
   const Eigen::VectorXd& current() const { return current_; }
   double barrier() const { return barrier_; }
-  /// After a successful run, with X̄ at its solution: scales the cost up and returns true if the error of the cost by the
-  /// barrier is not negligible. Another run from X̄ then reduces it.
+  /// After a successful run, with X̄ at its solution: scales the cost up and returns true if the error of the cost by
+  /// the barrier is not negligible. Another run from X̄ then reduces it.
   bool increase_cost_scale();
   /// Loads the multipliers of the problem, before the first run. Returns false if all are zero.
   bool load_multipliers();

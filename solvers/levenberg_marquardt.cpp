@@ -15,7 +15,7 @@
 namespace tandem::detail {
 namespace {
 
-constexpr double kExcessiveDamping = 1e16;    // With more, steps are below the resolution of doubles.
+constexpr double kExcessiveDamping = 1e16;    // Larger damping gives steps below the resolution of doubles.
 constexpr double kNegligibleDamping = 1e-15;  // Adds nothing to a diagonal of doubles.
 constexpr double kUndamped = 1e-5;            // Maximum damping of a step that counts as undamped.
 constexpr double kStrongDamping = 1e-3;       // Damping above which the model probably lacks curvature.
@@ -26,7 +26,7 @@ constexpr double kSecantBelow = 1e-2;  // Maximum relative decrease of the cost 
 constexpr double kOptimality = 1e-5;   // Tolerance on the first-order conditions [standard deviations].
 // Relative change of the merit function that may be rounding, as multipliers are large.
 constexpr double kMeritRounding = 1e-9;
-constexpr int kMaxPolishingSteps = 5;                // Polishing steps that do not halve the first-order residual.
+constexpr int kMaxPolishingSteps = 5;                // Polishing steps in which the first-order residual is not halved.
 constexpr double kStalledViolationRatio = 0.9;       // Ratio of the violations after and before a step.
 constexpr int kMaxRejected = 10, kManyRejected = 3;  // Rejected minus accepted steps.
 constexpr int kMaxJumps = 5;                         // Consecutive jumps without a lower cost.
@@ -266,9 +266,9 @@ class DampedSteps {
       session_.end(Status::failed, message);
   }
 
-  /// Crosses a discontinuity of a residual, such as that of a rotation at π. There all short steps may increase the
-  /// cost although the cost beyond is lower. The first attempt takes the longest step, each further one a shorter step.
-  /// The best point before is saved here or, with hard constraints, by the model.
+  /// Crosses a discontinuity of a residual, for example a rotation by π. There all short steps may increase the cost
+  /// although the cost beyond is lower. The first attempt takes the longest step, each further one a shorter step. The
+  /// best point before is saved here or, with hard constraints, by the model.
   bool cross_jump(const std::string& message) {
     const double cost = session_.summary.cost;
     if (cost < min_cost_at_jump_ * (1 - kMinJumpGain)) jumps_ = 0;

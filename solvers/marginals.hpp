@@ -22,12 +22,12 @@ namespace tandem {
 ///   directions have zero variance. H alone may be singular.
 /// - Redundant equalities are allowed. Combinations of rows (scaled to norm 1) below 1e-10 count as redundant. Two rows
 ///   that differ by δ lose digits as 1e-16/δ. A row in which one variable has ε times the weight of another loses
-///   digits as 1e-16/ε², if the former is eliminated first.
+///   digits as 1e-16/ε², if the first variable is eliminated first.
 /// - Inequalities are ignored, active or not. The result is conservative.
-/// - Tangent entries that take part in an unobservable direction have an infinite variance and zero covariances. This is
-///   the limit for a prior whose standard deviation goes to infinity. unobservable() names the entries. The cost, not H
-///   alone, defines the unobservable directions. H of a residual that is not zero can have curvature along a direction
-///   in which the cost is constant, such as a turn of all residuals (solvers/gauge_search.hpp).
+/// - Tangent entries that take part in an unobservable direction have an infinite variance and zero covariances. This
+///   is the limit for a prior whose standard deviation goes to infinity. unobservable() names the entries. The cost,
+///   not H alone, defines the unobservable directions. H of a residual that is not zero can have curvature along a
+///   direction in which the cost is constant, such as a turn of all residuals (solvers/gauge_search.hpp).
 ///
 /// Stored are the blocks of S on the pattern of the Cholesky factor of H, found by selected inversion
 /// (detail::SelectedInverse). They include the block of each variable and of each pair that a residual reads. Each

@@ -37,11 +37,11 @@ struct MultistartOutcome {
 /// variables in `problem`. The original values are kept if no completed trial is better. Feasible values are better
 /// than infeasible ones; among feasible ones the lower cost is better.
 ///
-/// Trials use gauss-newton or, with hard constraints, augmented-lagrangian. Their time is that of a problem of the size
-/// of the part. The method suits parts that are weakly coupled to the rest. Call it after the whole problem has been
-/// solved, and solve the whole again if the cost has decreased.
+/// Trials use gauss-newton or, with hard constraints, augmented-lagrangian. A trial takes as long as a problem of the
+/// size of the part. The method suits parts that are weakly coupled to the rest. Call it after the whole problem has
+/// been solved, and solve the whole again if the cost has decreased.
 ///
-/// Does nothing if all variables of the part are fixed. Throws Error as Subproblem does. Exceptions of `starts` and
+/// Does nothing if all variables of the part are fixed. Throws Error like Subproblem does. Exceptions of `starts` and
 /// `has_returned` propagate, and the best values so far are kept.
 MultistartOutcome solve_part_from(std::span<const std::function<void()>> starts, Problem& problem,
                                   std::span<const int> variable_ids, const MultistartOptions& options = {});

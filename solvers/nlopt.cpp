@@ -182,7 +182,7 @@ class NloptRun {
     check_finite_gradient();
     if (constraint_weight > 0) {
       nlp_.constraint_jacobian(jacobian_);
-      has_jacobian_ = false;  // it is not that of the point
+      has_jacobian_ = false;  // the stored Jacobian is not at the point
       nlp_.add_constraint_hessian(Eigen::VectorXd::Constant(nlp_.num_rows(), constraint_weight), jacobian_, hessian_);
     }
     Eigen::VectorXd diagonal(nlp_.num_unknowns());

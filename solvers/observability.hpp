@@ -9,7 +9,7 @@
 
 namespace tandem::detail {
 
-/// Memory lent by a solver; its content is overwritten.
+/// Memory of a solver that this analysis overwrites.
 struct Workspace {
   BlockCholesky& cholesky;
   Eigen::VectorXd& gradient;

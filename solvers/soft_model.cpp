@@ -12,8 +12,9 @@ namespace tandem::detail {
 namespace {
 
 constexpr int kMinParallelBlocks = 1300;  // minimum number of blocks for parallel tasks
-// Scale of strong damping of an unknown, relative to the largest one of the same variable. Curvature that vanishes at
-// some point, as that of a range across the line of sight, would otherwise leave the unknown undamped.
+// Scale of strong damping of an unknown, relative to the largest one of the same variable. Some curvature vanishes at
+// certain points, for example the curvature of a range across the line of sight. Without this scale, the unknown would
+// be undamped there.
 constexpr double kLeastScale = 1e-2;
 
 }  // namespace

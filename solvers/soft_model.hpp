@@ -55,7 +55,7 @@ class SoftModel {
   bool move_on();
   virtual void add_secant_pair();
   virtual void clear_curvature() { secant_.clear(); }
-  /// Memory lent to the rank analysis after the last step.
+  /// Memory that the rank analysis may overwrite after the last step.
   Workspace workspace() { return {cholesky_, gradient_, hessian_, std::exchange(hessian_is_current_, false)}; }
 
   // Whether there are hard constraints, and their violation.
@@ -80,7 +80,7 @@ class SoftModel {
   /// Accepts the last multipliers, and increases a small penalty.
   virtual void accept_multipliers() {}
   /// Accepts the last multipliers after a step with the acceptance ratio `ratio` if they reduce the optimality
-  /// residual. Otherwise uses those of the classical method, once the augmented Lagrangian is minimised.
+  /// residual. Otherwise uses the multipliers of the classical method, once the augmented Lagrangian is minimised.
   virtual void update_multipliers(double /*ratio*/) {}
   /// Increases the penalty if the violation has stalled. Returns true if the constraints are locally infeasible.
   virtual bool update_penalty(bool /*stalled*/) { return false; }

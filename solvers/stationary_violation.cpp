@@ -50,8 +50,8 @@ class ViolationMinimization {
     return {v_.squaredNorm(), v_.lpNorm<1>()};
   }
 
-  /// Takes a step that reduces the sum of squares. Rows that a rejected step violates are kept within their bounds by the
-  /// next one.
+  /// Takes a step that reduces the sum of squares. Rows that a rejected step violates are kept within their bounds by
+  /// the next one.
   bool take_step(Size& now) {
     nlp_.move_to(delta_);
     evaluate();

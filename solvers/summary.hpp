@@ -34,8 +34,8 @@ struct UnobservableState {
 /// first three variables and the number of the others. Empty without states.
 std::string describe(const std::vector<UnobservableState>& states);
 
-/// Result of a solve. The variables of the problem have the best point found, whatever the status. Costs and violation
-/// are NaN if they were not computed, because the problem is not supported or a residual is undefined.
+/// Result of a solve. The variables of the problem have the best point found, for any status. Costs and violation are
+/// NaN if they were not computed, because the problem is not supported or a residual is undefined.
 struct Summary {
   std::string solver;
   Status status = Status::failed;

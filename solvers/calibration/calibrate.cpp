@@ -292,7 +292,8 @@ class Search {
                               [&](double log_factor) { return profile_at(g, log_factor); });
   }
   /// Resets the free factors that are not identifiable to the given value and fixes them. Returns whether there were
-  /// any. `final_check`: the factors are at their estimates, so the curvature of the data decides first.
+  /// any. With `final_check`, the factors are at their estimates. Factors whose data curvature is sufficient are then
+  /// identifiable without further tests.
   bool fix_unidentifiable(bool final_check) {
     bool any = false;
     for (const Eigen::Index g : free()) {

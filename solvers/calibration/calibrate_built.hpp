@@ -58,7 +58,7 @@ struct BuiltCalibration {
 /// `initial_log_factors` and `counted_rows` are ignored. If stopped, returns the best parameters so far.
 ///
 /// At values without a problem, `build` throws NumericalError or another Error. Its BadInputError, StaleHandleError and
-/// exceptions of other types propagate. At the given values, every exception propagates. Throws as calibrate().
+/// exceptions of other types propagate. At the given values, every exception propagates. Throws like calibrate().
 BuiltCalibration calibrate_built(const BuildProblems& build, const std::vector<BuiltParameter>& parameters,
                                  const CalibrationOptions& options = {});
 

@@ -10,8 +10,8 @@ namespace tandem {
 /// Requiring Σ ρ′(s) s to equal this number gives the right scale for normal noise with outliers (Huber 1964, proposal
 /// 2). The density exp(−½ρ) would not: for a redescending loss its integral is infinite.
 ///
-/// `leverage` in [0, 1) is the share of the noise variance that the estimated states absorb. The remaining residual r
-/// is smaller by it and stands for r² + leverage · rows.
+/// `leverage` in [0, 1) is the share of the noise variance that the estimated states absorb. The residual is smaller by
+/// this share, so r² is replaced by r² + leverage · rows.
 double counted_rows(const Loss& loss, int rows, double leverage = 0);
 
 }  // namespace tandem

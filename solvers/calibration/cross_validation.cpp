@@ -39,7 +39,7 @@ std::vector<NoiseGroup> without(const std::vector<NoiseGroup>& groups, const std
 /// The calibration without one fold.
 struct Found {
   Calibration noise;
-  // From the calibrated parameters, nothing held out; empty without parameters.
+  // Problems built from the calibrated parameters, with nothing held out; empty without parameters.
   std::vector<std::shared_ptr<Problem>> built;
 };
 using Find = std::function<Found(const std::vector<HeldOutMeasurement>& fold, const CalibrationOptions& options)>;

@@ -133,7 +133,8 @@ void Evidence::set_noise(std::size_t problem, const Eigen::VectorXd& log_factors
   }
 }
 
-/// Follows the solution from the noise `from` to `to` by Gauss-Newton steps; bisects the way if they fail.
+/// Follows the solution from the noise `from` to `to` by Gauss-Newton steps. If they fail, halves the change of the
+/// noise.
 bool Evidence::update_by_steps(std::size_t p, const Eigen::VectorXd& from, const Eigen::VectorXd& to, int halvings) {
   set_noise(p, to);
   ++solves_;

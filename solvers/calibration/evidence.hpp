@@ -22,7 +22,7 @@ class Evidence {
     double log_evidence = 0;
     Eigen::VectorXd gradient;  ///< by the log factors
     /// Degrees of freedom of each group, n − Σ ρ′ J Σ Jᵀ, with n the counted rows and Σ corrected for Student's t. In a
-    /// group without measurements, the trace under the priors alone takes the place of n.
+    /// group without measurements, the trace under the priors alone replaces n.
     Eigen::VectorXd effective_rows;
     bool usable = false;       ///< every problem could be solved and its Hessian inverted
     std::string why;           ///< the reason if not usable

@@ -15,7 +15,8 @@ inline constexpr const char* kHeldOutTask = "held-out measurements";  // name of
 void hold_out(std::span<Problem* const> problems, const std::vector<HeldOutMeasurement>& fold,
               std::vector<Gaussian>& noise);
 
-/// Return the measurements or the noise rows with handles of the same blocks in `problems`, which were built alike.
+/// Return the measurements or the noise rows with handles of the same blocks in `problems`, which were built by the
+/// same calls.
 template <class T>
 std::vector<T> counterparts(std::span<Problem* const> problems, std::vector<T> all) {
   for (T& m : all) m.block = problem_at(problems, m.problem).counterpart(m.block);
@@ -35,7 +36,7 @@ std::vector<HeldOutPrediction> predictions(std::span<Problem* const> problems,
                                            const std::vector<HeldOutMeasurement>& fold, std::size_t f,
                                            const std::vector<Gaussian>& noise, const Stop& stop);
 
-/// Returns the log likelihood of the predictions b minus that of a.
+/// Returns the log likelihood of the predictions b minus the log likelihood of the predictions a.
 double log_likelihood_gain(const std::vector<HeldOutPrediction>& a, const std::vector<HeldOutPrediction>& b);
 
 /// Returns the standard error of the sum of the gains, from their sample variance; 0 for fewer than two.

@@ -19,7 +19,7 @@ constexpr const char* kTask = "calibrate";
 constexpr int kMaxSteps = 20, kMaxHalvings = 4;
 // Converged if the predicted relative decrease of the cost is smaller: 1e-4 of a relevant change of the evidence.
 constexpr double kConverged = 2e-9;
-// With Student's t, where the Hessian depends on the solution to first order.
+// Tolerance with Student's t, where the Hessian depends on the solution to first order.
 constexpr double kConvergedWithTails = 1e-13;
 
 }  // namespace

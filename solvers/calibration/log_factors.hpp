@@ -9,7 +9,8 @@
 
 namespace tandem::detail {
 
-// Common parts of the searches of calibrate() and calibrate_built(). Both maximise over log factors, some of them fixed.
+// Common parts of the searches of calibrate() and calibrate_built(). Both maximise over log factors, some of them
+// fixed.
 
 /// Normal prior of a log factor with mean 0 and standard deviation `sigma`; there is none if `sigma` is 0.
 struct LogPrior {
@@ -42,8 +43,8 @@ void update_inverse(Eigen::MatrixXd& inverse, const Eigen::VectorXd& step, const
 std::vector<double> profile_grid(const CalibratedNoise& noise, int points, double low, double high);
 
 /// Returns the inverse of a curvature, n × n, with eigenvalues below 1 raised to 1 in units of the prior standard
-/// deviations; `no_prior` stands for those that are 0. The posterior is then never wider than the prior, even where
-/// Laplace's approximation would make it so.
+/// deviations; Standard deviations of 0 are replaced by `no_prior`. The posterior is then never wider than the prior,
+/// even where Laplace's approximation gives a wider one.
 Eigen::MatrixXd regularized_covariance(Eigen::VectorXd prior_sigma, double no_prior, const Eigen::MatrixXd& curvature);
 
 }  // namespace tandem::detail

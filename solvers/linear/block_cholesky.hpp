@@ -38,8 +38,8 @@ class BlockCholesky {
 
   /// Factorises H + diag(shift); `shift` may be empty. Returns false if a pivot is not positive; see failed_unknown().
   bool factorize(const Eigen::VectorXd& values, const Eigen::VectorXd& shift = {});
-  /// Factorises H + diag(shift) with the smallest shift that works: first `relative` times the diagonal of H, or 1 where
-  /// that is not positive, then 10 times as much, and so on. Returns false if the shift is no longer finite.
+  /// Factorises H + diag(shift) with the smallest shift that works: first `relative` times the diagonal of H, or 1
+  /// where that is not positive, then 10 times as much, and so on. Returns false if the shift is no longer finite.
   bool factorize_shifted(const Eigen::VectorXd& values, Eigen::VectorXd diagonal, double relative);
   /// Factorises H. For a pattern from in_elimination_order(), the factor overwrites the values, which must not change
   /// until the next factorisation.
@@ -60,9 +60,9 @@ class BlockCholesky {
   double nonzeros() const { return nonzeros_; }
 
   /// Returns a basis of the directions v with H v ≈ 0, at most `most` of them. They belong to pivots below `relative`
-  /// times their original diagonal entry; `unknowns` receives the unknowns of these pivots if it is not null. Overwrites
-  /// the factor, and the values if the pattern is in elimination order. In the new factor, the unknowns of all weak
-  /// pivots are pinned: their pivots are 1 and their columns otherwise empty.
+  /// times their original diagonal entry; `unknowns` receives the unknowns of these pivots if it is not null.
+  /// Overwrites the factor, and the values if the pattern is in elimination order. In the new factor, the unknowns of
+  /// all weak pivots are pinned: their pivots are 1 and their columns otherwise empty.
   std::vector<Eigen::VectorXd> null_space(Eigen::VectorXd& values, double relative, int most,
                                           std::vector<int>* unknowns = nullptr);
   /// Returns the unknowns with pivots below `relative` times their original diagonal entry after null_space(), the

@@ -8,7 +8,7 @@ namespace tandem::detail {
 namespace {
 
 constexpr double kRegularization = 1e-8;    // For equalities, relative to the compliance of the cost along the row.
-constexpr double kInequalityFactor = 1e-4;  // Regularisation relative to that of equalities; the slacks add to it.
+constexpr double kInequalityFactor = 1e-4;  // Factor for inequalities, whose slacks add to the regularisation.
 // Regularisation of all rows in the pivoted factorisation, relative to the least term of the compliance. It only has to
 // exceed rounding, for redundant rows.
 constexpr double kPivotedRegularization = 1e-11;

@@ -7,8 +7,7 @@
 #include <tandem/problem/instruction_set.hpp>
 
 /// Dense kernels of a block Cholesky factorisation, column-major, for use within dispatch_simd(). Tiles of six rows (a
-/// pose) or three rows stay in registers. Common widths are template parameters; 0 stands for a width that is given as
-/// an argument.
+/// pose) or three rows stay in registers. Common widths are template parameters; with 0, the width is an argument.
 namespace tandem::detail {
 
 /// Calls f(rows, i) for tiles that cover m rows, with a constant number of rows each and i as the first one.

@@ -251,7 +251,7 @@ void MotionHypotheses::add(double t, const std::optional<TargetFix>& fix) {
                              [](const Instant& i, double x) { return i.t < x; });
   if (at == history_.end() || at->t > t + kSameTime) at = history_.insert(at, Instant{t, {}, {}});
   const auto from = std::size_t(at - history_.begin());
-  // The first stored state stands for all earlier ones: a fix at its time is applied on top of it.
+  // The first stored state summarises all earlier ones. A fix at its time updates it.
   if (from == 0 && truncated_) {
     if (!fix) return;
     apply(at->after, *fix);

@@ -62,7 +62,7 @@ std::string why_hypotheses_unsupported(const TrackingData& tracking, bool by_odo
     if (!position) return sensor.name + " does not measure a position";
     if (sensor.error) return sensor.name + " has systematic errors, which only the window estimates";
     if (!sensor.type->has(measured::rotation) && !sensor.marker.translation().isZero())
-      return sensor.name + " observes a point off the target's origin, whose position depends on the orientation";
+      return sensor.name + " observes a point that is not the target's origin; its position depends on the orientation";
   }
   return tracking.sensors.empty() ? "no sensor observes a target" : "";
 }

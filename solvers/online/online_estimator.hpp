@@ -71,8 +71,8 @@ class OnlineEstimator {
   OnlineEstimator(const OnlineEstimator&) = delete;
   ~OnlineEstimator();
 
-  // Hooks. They may read the estimate and call reset(), which then takes effect at the end of the current call. The other
-  // functions that change the estimate throw BadInputError within a hook.
+  // Hooks. They may read the estimate and call reset(), which then takes effect at the end of the current call. The
+  // other functions that change the estimate throw BadInputError within a hook.
 
   /// Called after each update.
   std::function<void(const OnlineUpdate&)> on_update;
@@ -104,10 +104,10 @@ class OnlineEstimator {
   /// Returns the state of the motion hypotheses at the oldest keyframe; nothing without hypotheses or target.
   std::optional<MotionHypotheses::Checkpoint> hypotheses() const;
   /// Takes over the health and the hypotheses of another estimator with the same sensors. The measurements of its
-  /// window must have been added to this one. Throws Error as MotionHypotheses::restore().
+  /// window must have been added to this one. Throws Error like MotionHypotheses::restore().
   void restore(const TrackHealth& health, const std::optional<MotionHypotheses::Checkpoint>& hypotheses);
-  /// Returns OnlineOptions::start for an estimator that takes over: the newest state with its standard deviations along
-  /// world axes. Nothing if the chaser moves by odometry, or has no covariance.
+  /// Returns OnlineOptions::start for an estimator that replaces this one: the newest state with its standard
+  /// deviations along world axes. Nothing if the chaser moves by odometry, or has no covariance.
   std::optional<Alignment> handover_start() const;
 
   bool started() const;           ///< The chaser is initialised.

@@ -14,7 +14,7 @@ struct ClockOptions {
   double max_lag = 60.0;      ///< Lines further behind the common time are held.
   double confirm_time = 1.0;  ///< Held lines are released once at least two of them continue over this time.
   double max_pause = 86400;   ///< A longer jump of all streams is a clock step, a shorter one a pause.
-  double settling_time = 10;  ///< If the motion jumps back while the common time is younger, it is reset.
+  double settling_time = 10;  ///< A jump back of the motion within this time resets the common time.
 };
 
 /// Synchronises the clocks of several streams, line by line, to a common time in seconds. Detects stamps in milli-,

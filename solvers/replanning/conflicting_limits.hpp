@@ -14,7 +14,7 @@ enum class PlanLimit { commands, twist, depth, roll_pitch, keep_out, approach, v
 /// limits, commands and twist, the set has at least one of the other limits. Empty if the planner finds a plan with all
 /// limits, or none without any.
 ///
-/// Plans against the prediction, up to eight times, without a deadline. Throws Error as Planner does.
+/// Plans against the prediction, up to eight times, without a deadline. Throws Error like Planner does.
 ///
 /// Source: the deletion filter of Chinneck & Dravnieks 1991, "Locating minimal infeasible constraint sets in linear
 /// programs".

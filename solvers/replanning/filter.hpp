@@ -15,8 +15,8 @@ class Filter {
     double cost, violation;
   };
 
-  /// Forgets all points. `violation` is that of the initial guess: it defines which points are nearly feasible, and which
-  /// violations are too large.
+  /// Forgets all points. `violation` is that of the initial guess: it defines which points are nearly feasible, and
+  /// which violations are too large.
   void start(double violation) {
     points_.clear();
     nearly_feasible_ = kNearlyFeasible * std::max(1.0, violation);

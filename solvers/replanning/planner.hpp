@@ -132,10 +132,10 @@ class Planner {
   std::unique_ptr<PlanProblem<N>> coupled_;
   VehicleStep<N> step_;
   std::optional<Plan<N>> last_;   ///< Shifted to the next instant.
-  std::vector<SE3> last_target_;  ///< Target of the last plan, shifted likewise.
+  std::vector<SE3> last_target_;  ///< Target of the last plan, shifted to the next instant.
   int shifts_ = 0;                ///< Consecutive shifts of the last plan.
   int solver_failures_ = 0;  ///< Plans since the solver behind DampedSqp failed; it is skipped for a few plans then.
-  std::vector<Eigen::VectorXd> multipliers_;  ///< Per step, shifted likewise; empty if the last plan is not optimal.
+  std::vector<Eigen::VectorXd> multipliers_;  ///< Per step, shifted; empty if the last plan is not optimal.
 };
 
 extern template class Planner<3>;
