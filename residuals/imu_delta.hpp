@@ -8,7 +8,7 @@
 namespace tandem {
 
 /// Preintegrated inertial measurements between two instants, independent of the states there (Lupton & Sukkarieh 2012;
-/// Forster et al. 2017, eqs. 33-38). They refer to the body frame of the poses, whatever the mounting of the sensor.
+/// Forster et al. 2017, eqs. 33-38). They refer to the body frame of the poses, not to the frame of the sensor.
 ///
 ///   R_j = R_i R      v_j = v_i + g dt + R_i v      p_j = p_i + v_i dt + g dt²/2 + R_i p
 ///

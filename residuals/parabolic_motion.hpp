@@ -25,8 +25,8 @@ namespace detail {
 /// constant; without neighbours Y = X.
 ///
 /// Both neighbours are used because s may be estimated (a time offset). Between two states interpolation averages their
-/// noise; beyond them it amplifies the noise. With a single neighbour the cost would therefore fall as s leaves [X₋,
-/// X]. The parabola weights noise alike on both sides.
+/// noise; beyond them it amplifies the noise. With a single neighbour, the cost would therefore fall as s moves out of
+/// the interval between the two states. The parabola gives noise equal weights on both sides.
 template <LieGroup X>
 struct ParabolicMotion {
   using S = typename X::Scalar;

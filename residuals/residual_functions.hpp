@@ -20,8 +20,8 @@ namespace tandem::detail {
 
 struct ResidualFunctions;
 
-/// Functions of a residual that has a batched evaluation; see Batched. `residuals` has kBatch entries and `x` has kBatch
-/// entries for each state.
+/// Functions of a residual that has a batched evaluation; see Batched. `residuals` has kBatch entries and `x` has
+/// kBatch entries for each state.
 struct BatchFunctions {
   void (*linearize)(const void* const* residuals, const void* const* x, double* r, double* const* J);
   void (*evaluate)(const void* const* residuals, const void* const* x, double* r);

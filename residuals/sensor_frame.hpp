@@ -27,7 +27,7 @@ decltype(auto) rotation_part(const X& x) {
 
 /// Returns the target's position in the frame of a sensor on the chaser [m]:  p = t((C B)⁻¹ (T F)). C is the pose of
 /// the chaser and B the pose of the sensor in its body. The target T is a pose or a point; `beacon` is t(F) in its
-/// body. Other groups act on points likewise. Fills Jc = ∂p/∂C and Jt = ∂p/∂T if not null.
+/// body. Other groups act on points in the same way. Fills Jc = ∂p/∂C and Jt = ∂p/∂T if not null.
 template <LieGroup C, LieGroup T, Over<typename C::template Rebind<double>> Mount>
 Vector<C::point_dim, typename C::Scalar> in_sensor_frame(const C& c, const T& t, const Mount& B,
                                                          const Vector<C::point_dim>& beacon,
