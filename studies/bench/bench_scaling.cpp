@@ -1,6 +1,6 @@
 /// Scaling of gauss_newton, and of augmented_lagrangian with hard constraints, on simulated problems of 1,000 to
 /// 100,000 keyframes; gauss_newton also with 1,000,000. Time, time per iteration and memory should grow linearly. Peak
-/// memory is that of the process, so measure it with one size per run:
+/// memory is measured for the whole process, so run one size at a time:
 ///   bench_scaling --benchmark_filter=gauss_newton/100000/
 
 #include <random>

@@ -47,7 +47,7 @@ class CalibrationProblem {
  public:
   /// With a target, builds the problem of make_tracking_problem(); a chaser with its own sensors is navigated first.
   /// Without a target, builds the problem of make_navigation_problem(), with the result of navigate() as initial guess.
-  /// Throws Error as these functions, and Stopped.
+  /// Throws the exceptions of these functions, and Stopped.
   CalibrationProblem(Scenario scenario, const TrackingOptions& target, const NavigationOptions& own,
                      const Stop& stop = {});
 

@@ -9,7 +9,7 @@
 namespace tandem {
 namespace {
 
-// Share of the noise variance that the states absorb.
+// Maximum leverage: share of the noise variance that the estimated states absorb.
 constexpr double kMaxLeverage = 1.0 / 3;
 constexpr double kMaxLeverageWithConstraints = 0.2;  // without the tail correction
 

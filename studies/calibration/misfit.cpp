@@ -11,7 +11,7 @@
 namespace tandem {
 namespace {
 
-constexpr double kMinVarianceShare = 0.05;  // smallest remaining share of the noise variance: states absorb the rest
+constexpr double kMinVarianceShare = 0.05;  // minimum share of the noise variance that is left in a residual
 constexpr std::size_t kMinCount = 10;
 
 }  // namespace

@@ -8,10 +8,11 @@
 
 namespace tandem {
 
-/// Exit statuses of all commands. kInvalidInput: invalid input or usage; nothing is written. kIncomplete: a solve did
-/// not converge, the run was stopped early, or it has no usable result; partial results are printed and written. In
-/// simulations over random seeds (study, rendezvous), runs that fail are results; kIncomplete then means that the run
-/// was stopped early or that no trial converged. kMisfit: with --strict, the data do not fit the model.
+/// Exit statuses of all commands. Status kInvalidInput: invalid input or usage; nothing is written. Status kIncomplete:
+/// a solve did not converge, the run was stopped early, or it has no usable result. Partial results are printed and
+/// written. Status kMisfit: with --strict, the data do not fit the model. In simulations over random seeds (study,
+/// rendezvous), runs that fail are results. Status kIncomplete then means that the run was stopped early or that no
+/// trial converged.
 constexpr int kSuccess = 0, kInvalidInput = 1, kIncomplete = 2, kMisfit = 3;
 
 /// A command: its options and the function that it runs.

@@ -20,7 +20,7 @@ const OptionInfo* find(const CommandOptions& options, const std::string& word) {
   return nullptr;
 }
 
-/// The options that a command line gives; an empty key stands for a positional argument.
+/// The options that a command line gives; an empty key means a positional argument.
 std::set<std::string> given_keys(const CommandOptions& options, const std::vector<std::string>& words) {
   std::set<std::string> keys;
   for (std::size_t i = 0; i < words.size(); ++i) {

@@ -176,7 +176,7 @@ int export_study(const StudyRequest& request) {
   const StudyTables tables = study_tables(database.study(), results);
   const std::string folder = request.out.empty() ? request.paths.front() : request.out;
   std::string note;
-  const std::filesystem::path run_file = std::filesystem::path(folder) / "run.yaml";  // that of the study run: kept
+  const std::filesystem::path run_file = std::filesystem::path(folder) / "run.yaml";  // belongs to the study run: kept
   if (request.out.empty() && std::filesystem::exists(run_file)) set_run_file(read_text(run_file));
   output_folder(request, folder).fill([&](const std::filesystem::path& fresh) {
     write_study_tables(database.study(), tables, fresh);

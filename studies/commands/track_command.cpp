@@ -245,7 +245,7 @@ int run_track(const TrackRequest& request, const CommandOptions& option) {
     const std::string text = tables ? lines(record) : track_json_line(record, scenario.frame, sensors, options.ahead);
     if (text.empty()) return;
     print(text);
-    if (flush_output() != 0 && !on_disk.has_results()) throw Error(output_failure());  // nobody would see the rest
+    if (flush_output() != 0 && !on_disk.has_results()) throw Error(output_failure());  // the rest could not be shown
   };
   const Track result = track(scenario, options, *feed, each, on_disk.before());
   if (result.records.size() == 0) {

@@ -44,7 +44,7 @@ JsonFields<Coverage> coverage_fields() {
       .add("n", "number of held-out measurements", [](const C& c) { return c.n; })
       .add("inliers_known", "false: all measurements count as inliers, since the solve with all did not converge",
            [](const C& c) { return c.inliers_known; })
-      .add("inliers", "number of inliers: a weight of 0.5 or more in a solve with all measurements",
+      .add("inliers", "number of inliers, which have a weight of 0.5 or more in a solve with all measurements",
            [](const C& c) { return c.inliers; })
       .add("inlier_rows_in_95_percent", "share of the inliers' residual rows within their 95 % intervals [%]",
            [percent](const C& c) { return percent(c.rows_inside, c.rows); })
@@ -68,7 +68,7 @@ JsonFields<LikelyCause> cause_fields() {
       .add("text", "the mistake in words", [](const C& c) { return c.text; })
       .add("cost_before", "cost of the part of the recording with the sensor's first measurements",
            [](const C& c) { return c.before; })
-      .add("cost_after", "cost of this part if the mistake is mended", [](const C& c) { return c.after; });
+      .add("cost_after", "cost of this part if the mistake is corrected", [](const C& c) { return c.after; });
 }
 
 JsonFields<Estimate> estimate_fields() {

@@ -167,7 +167,7 @@ std::string report(const Estimate& estimate) {
   text += "\n" + line("measurement", "n", "position [m]", "orientation [°]", "raw position [m]");
   for (const auto& [type, errors] : error_rows(estimate)) {
     if (errors.n == 0) continue;
-    // The raw error is shown only if all keyframes of the row have a measurement: other means do not compare.
+    // Shows the raw error only if all keyframes of the row have a measurement; other means are not comparable.
     const bool comparable = errors.raw_position && errors.raw_position->n == errors.compared;
     text += line(type, errors.n, spread_shown(errors.position, 3), mean_text(errors.orientation, 2),
                  comparable ? spread_shown(errors.raw_position, 3) : spread_shown({}, 3));

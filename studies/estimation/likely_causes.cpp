@@ -19,7 +19,7 @@ constexpr int kIterations = 30;                // iterations of each trial, whos
 constexpr double kMinGain = 1.0 / 3;
 constexpr std::size_t kMaxCauses = 3;
 
-/// A mistake that users make: its text, and the change of the sensor that mends it.
+/// A mistake that users make: its text, and the change of the sensor that corrects it.
 struct Hypothesis {
   std::string text;
   std::function<void(TargetSensor&)> mend;
@@ -110,7 +110,7 @@ std::vector<Hypothesis> hypotheses(const TargetSensor& sensor, bool planar) {
     if (!sensor.error && why_unsupported(trial).empty())
       all.push_back({text, [error](TargetSensor& s) { s.error = error; }});
   };
-  constexpr double kWide = 30;  // standard deviations of the sensor's noise
+  constexpr double kWide = 30;  // prior of the bias, relative to the sensor's noise
   with_error("it has a constant bias, or a wrong lever arm", {.bias_sigma = kWide * sensor.sigma});
   with_error("it is misaligned", {.misalignment_sigma = 0.5});
   return all;

@@ -16,10 +16,10 @@ struct LikelyCause {
   double before = 0, after = 0;  ///< cost of a part of the recording without and with the change
 };
 
-/// Tries common mistakes for each target sensor with a misfit: axes swapped or negated, quaternion order, inverted pose,
-/// degrees, compass angles, a delay, a bias (lever arm), a misalignment. Each is a solve of the part of the recording
-/// with the sensor's first measurements. Returns the changes that remove at least a third of the part's cost, the best
-/// first, at most three per sensor. Stops early, without an error, if `stop` requests it.
+/// Tries common mistakes for each target sensor with a misfit: axes swapped or negated, quaternion order, inverted
+/// pose, degrees, compass angles, a delay, a bias (lever arm), a misalignment. Each is a solve of the part of the
+/// recording with the sensor's first measurements. Returns the changes that remove at least a third of the part's cost,
+/// the best first, at most three per sensor. Stops early, without an error, if `stop` requests it.
 std::vector<LikelyCause> likely_causes(const Scenario& scenario, const TrackingOptions& options, const FitReport& fit,
                                        const Stop& stop = {});
 

@@ -26,7 +26,7 @@ Eigen::MatrixXd joint(const Marginals& marginals, const Variable<Xs>&... x) {
   return S;
 }
 
-/// Returns the matrix that embeds the tangent space of G in that of SE(3) (6 rows) or R³ (3 rows).
+/// Returns the matrix that embeds the tangent space of G in the tangent space of SE(3) (6 rows) or R³ (3 rows).
 template <LieGroup G>
 Eigen::MatrixXd embedding() {
   if constexpr (std::same_as<G, SE2>) {

@@ -32,7 +32,7 @@ struct JudgedMeasurements {
 };
 /// Returns the target's sensors, then the chaser's own sensors if they are part of the problem.
 JudgedMeasurements judged_measurements(const Scenario& scenario, const TrackingProblem& built);
-/// Adds the chaser's own sensors. `north_east` tells that the files give world positions as north, east, down.
+/// Adds the chaser's own sensors. If `north_east` is true, the files give world positions as north, east, down.
 void add_own_sensors(const NavigationData& data, const std::vector<PlacedEgoMeasurement>& placed, bool north_east,
                      JudgedMeasurements& judged);
 

@@ -168,7 +168,7 @@ Import import_recording(Recording& recording, ImportMap map, const std::function
   recording.read(requests, stop);
   import.defects = recording.defects();
   add_other_streams(recording, import.map);
-  std::erase_if(import.sensors, [&](const auto& s) {  // rules may find a topic that is never valid
+  std::erase_if(import.sensors, [&](const auto& s) {  // a rule may select a topic without usable rows
     if (!s->sensor().assumed || s->rows() > 0) return false;
     import.map.unused.push_back(fmt::format("{}: no usable row ({})", s->sensor().stream, listed_drops(*s)));
     return true;

@@ -93,7 +93,7 @@ void check_once(const YamlSection& sensors, const ImportMap& map, const ImportSe
                                          added.name, added.type->name));
 }
 
-/// Returns a name for a sensor from that of its stream: "usbl_fix" for "/usbl/fix".
+/// Returns a sensor name for a stream name: "usbl_fix" for "/usbl/fix".
 std::string sensor_name(const std::string& stream, const std::vector<ImportSensor>& others) {
   std::string name;
   for (const char c : stream)
@@ -111,7 +111,7 @@ std::string sensor_name(const std::string& stream, const std::vector<ImportSenso
   return unique;
 }
 
-/// Returns the index of the sensor that a new one of a unique type competes with, or nothing.
+/// Returns the index of the existing sensor of this type if a scenario can have only one of the type, else nothing.
 std::optional<std::size_t> competitor(const ImportMap& map, const ImportType& type) {
   if (type.file.empty() && type.name != "imu" && type.name != "depth") return {};
   for (std::size_t i = 0; i < map.sensors.size(); ++i)

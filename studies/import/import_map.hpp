@@ -41,7 +41,7 @@ struct ImportTime {
   std::string week{};        ///< Field with the GPS week, if `field` is the time of the week.
   double date = 0;           ///< s; midnight that a time of day is relative to.
   std::string date_field{};  ///< Field with the date of each row, instead of `date`.
-  bool gps = false;          ///< The epoch is that of GPS, else Unix.
+  bool gps = false;          ///< GPS epoch (1980), else Unix epoch (1970).
   double leap_seconds = kLeapSeconds;
   double offset = 0;  ///< s, added
 };

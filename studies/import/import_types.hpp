@@ -11,14 +11,14 @@ namespace tandem {
 
 /// A part of the rows of a scenario file.
 enum class ImportPart {
-  world_position,     ///< x y z along the world's axes [m].
-  world_orientation,  ///< qx qy qz qw, body in the world.
-  height,             ///< z along the world's axes [m].
-  body_position,      ///< x y z along the chaser's axes [m].
-  body_orientation,   ///< qx qy qz qw, target in the chaser's body.
-  velocity,           ///< Along the body's axes [m/s].
+  world_position,     ///< Position x y z along the world's axes [m].
+  world_orientation,  ///< Orientation qx qy qz qw of the body in the world.
+  height,             ///< Height: z along the world's axes [m].
+  body_position,      ///< Position x y z along the chaser's axes [m].
+  body_orientation,   ///< Orientation qx qy qz qw of the target in the chaser's body.
+  velocity,           ///< Velocity along the body's axes [m/s].
   acceleration,       ///< Specific force along the sensor's axes [m/s²].
-  angular_rate,       ///< Along the sensor's axes [rad/s].
+  angular_rate,       ///< Angular rate along the sensor's axes [rad/s].
   range,              ///< m
   direction,          ///< Azimuth and elevation [rad].
 };

@@ -8,7 +8,7 @@
 
 namespace tandem {
 
-/// An orientation as a recording gives it, in one of several ways. Angles are in radians.
+/// An orientation in one of the representations that recordings use. Angles are in radians.
 struct RotationInput {
   double xyzw[4] = {}, wxyz[4] = {};
   double roll = 0, pitch = 0, yaw = 0;  ///< Turns about z, then y, then x of the body, from the axes of the world.
@@ -18,7 +18,7 @@ struct RotationInput {
   std::string euler_order{};
   enum class Way { angles, xyzw, wxyz, euler, heading, magnetic_field } way = Way::angles;
 
-  /// Returns the values of a quantity of import_types.hpp and selects the way, or null.
+  /// Sets `way` for a quantity of import_types.hpp and returns its values. Returns null for other quantities.
   double* find(const std::string& quantity);
   /// Returns the norm of the quaternion.
   double norm() const;

@@ -106,7 +106,7 @@ std::optional<double> ImportedSensor::time(const RecordedRow& row) {
       t = *parsed;
     } else {
       t = value(time_, row);
-      // A time since 1970 without a stated unit shows its unit by its size.
+      // The magnitude of a time since 1970 gives its unit if none is stated.
       if (recorded && time_.field.unit.empty()) t *= t > 1e17 ? 1e-9 : t > 1e14 ? 1e-6 : t > 1e11 ? 1e-3 : 1;
     }
     if (!time.week.empty()) t += row.values[week_.index].number * 7 * 86400;
@@ -309,7 +309,8 @@ bool ImportedSensor::append_orientation(ImportPart part, const RecordedRow& row,
     row_.insert(row_.end(), {0, 0, 0, 1});
     return true;
   }
-  // The body's orientation in the world turns by both sets of axes, that of one body in another by the body's only.
+  // The orientation of a body in the world is converted by both sets of axes. The orientation of one body in another is
+  // converted by the body axes only.
   const bool in_world = part == ImportPart::world_orientation;
   const auto q = rotation_of(input, sensor_.axes, in_world ? world_ : body_, body_);
   if (!q) return drop("a quaternion whose norm is not 1", t, input.norm());

@@ -22,8 +22,8 @@ struct DelayFit {
 /// a resolution of 5 ms. For the IMU, they range from −0.1 to 0.1 s around its given delay, with a resolution of 1 ms.
 ///
 /// All delays are compared on the same measurements; those that some delay shifts out of the recording are discarded.
-/// Throws Error as navigate(), and if there is no such sensor. Throws Stopped at the solver's time limit, which covers
-/// all navigations.
+/// Throws Error like navigate(), and if there is no such sensor. Throws Stopped at the solver's time limit, which
+/// covers all navigations.
 DelayFit fit_delay(const NavigationData& data, const std::string& sensor, const NavigationOptions& options = {});
 
 /// Sets the delay of one of the chaser's own sensors or of the IMU [s].

@@ -21,7 +21,7 @@ struct Navigation {
   std::vector<NavigationFinding> findings;
   Alignment start;                        ///< Prior of the first state.
   Summary summary;                        ///< Result of the last solve.
-  int solves = 0;                         ///< Number of solves; each preintegrates at the biases of the one before.
+  int solves = 0;                         ///< Number of solves; each preintegrates at the biases of the previous solve.
   int residual_blocks = 0;                ///< Number of soft blocks.
   std::vector<Stamped<EgoState>> states;  ///< At the keyframes.
   std::vector<EgoCovariance> covariance;  ///< At the keyframes, or empty.
@@ -45,8 +45,7 @@ struct NavigationOptions {
   bool covariance = true;            ///< Computes covariances.
   bool north_east = false;           ///< World positions of the files are north, east, down; only names components.
   std::optional<Alignment> start{};  ///< Prior of the first state; if absent, align() computes it.
-  /// Sets the IMU's white noise to that of its samples if it is far above the stated one
-  /// (NavigationFinding::vibration).
+  /// Uses the white noise of the IMU samples if it is far above the stated noise (NavigationFinding::vibration).
   bool vibration = false;
   /// Called with the batch problem before each solve. Problems differ in delays and in the biases of the
   /// preintegration.

@@ -18,7 +18,7 @@ bool moves_by_odometry(const Scenario& settings);
 /// Returns whether the scenario needs navigated(): it has own sensors and target sensors, but no odometry.
 bool needs_navigation(const Scenario& scenario);
 
-/// Navigates the chaser up to the end of the data of its sensors. Throws Error as navigate().
+/// Navigates the chaser up to the end of the data of its sensors. Throws Error like navigate().
 NavigatedScenario navigated(Scenario scenario, NavigationOptions options = {});
 
 }  // namespace tandem

@@ -56,8 +56,8 @@ class Comparison {
     }
   }
 
-  /// Sets the states to be compared: those at the keyframes. If the truth is sparse, the IMU carries each state on to
-  /// the next true pose, unless the next keyframe comes first. Interpolation between poses 1 s apart would miss the
+  /// Sets the states to be compared: those at the keyframes. If the truth is sparse, IMU samples propagate each state
+  /// to the next true pose, unless the next keyframe comes first. Interpolation between poses 1 s apart would miss the
   /// roll of a vehicle.
   void carry_to_truth() {
     compared_ = navigation_.states;

@@ -11,8 +11,8 @@ namespace tandem {
 /// Errors of a navigation at one keyframe, with true rotation R and estimate R̂. A field is absent if truth or
 /// covariance is.
 struct NavigationError {
-  /// Time of the comparison [s]: that of the keyframe. If true poses are more than 0.2 s apart, the IMU carries the
-  /// estimate on to the next of them, unless the next keyframe comes first.
+  /// Time of the comparison [s]: that of the keyframe. If true poses are more than 0.2 s apart, IMU samples propagate
+  /// the estimate to the next true pose, unless the next keyframe comes first.
   double t;
   std::optional<Vector<3>> position{};     ///< estimate minus truth, along the world axes [m]
   std::optional<Vector<3>> orientation{};  ///< Log(R⁻¹ R̂), about the body's x (roll), y (pitch) and z (yaw) [rad]

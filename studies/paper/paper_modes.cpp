@@ -143,7 +143,7 @@ std::string table1(const std::vector<Instant>& instants) {
 
 namespace {
 
-/// The instants of a figure, and the type of the keyframes to summarise; nothing stands for all.
+/// The instants of a figure, and the type of the keyframes to summarise; empty: all types.
 struct Selection {
   const std::vector<Instant>& instants;
   std::optional<KeyframeType> type;

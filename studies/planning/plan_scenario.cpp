@@ -42,8 +42,8 @@ std::size_t keyframe_before(const std::vector<Keyframe>& keyframes) {
   return k;
 }
 
-/// Returns the Jacobian of the target poses `before` and `now` relative to the current chaser pose, right perturbations,
-/// with respect to chaser, `before` and `now`.
+/// Returns the Jacobian of the two target poses relative to the current chaser pose, in right perturbations. Columns:
+/// chaser, `before`, `now`.
 Matrix<12, 18> seen_from_chaser(const SE3& chaser, const SE3& before, const SE3& now) {
   Matrix<12, 18> J = Matrix<12, 18>::Zero();
   J.block<6, 6>(0, 0) = -(before.inverse() * chaser).Ad();

@@ -22,7 +22,7 @@ class Query {
   Query(const Query&) = delete;
 
   bool valid() const { return statement_ != nullptr; }
-  /// Moves to the next row. Returns false at the end, and on an error, which failed() then tells.
+  /// Moves to the next row. Returns false at the end and after an error; see failed().
   bool next() {
     const int status = valid() ? sqlite3_step(statement_) : SQLITE_ERROR;
     failed_ = status != SQLITE_ROW && status != SQLITE_DONE;

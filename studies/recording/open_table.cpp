@@ -200,7 +200,7 @@ class TableRecording : public Recording {
     count_rows();
   }
 
-  /// Returns the field whose name says that it is a time, or an empty text.
+  /// Returns the field that has the name of a time, or an empty text.
   static std::string time_field(const std::vector<RecordedField>& fields) {
     for (const RecordedField& field : fields) {
       std::string name = field.name;

@@ -82,11 +82,11 @@ class Recording {
 
 /// How to read text tables (CSV). Unset values are detected from the first lines.
 struct TableSettings {
-  std::optional<char> delimiter{};  ///< ' ' stands for any number of blanks
+  std::optional<char> delimiter{};  ///< ' ' means any number of blanks
   std::optional<bool> header{};     ///< whether the first line has the column names
   std::optional<bool> decimal_comma{};
   std::string comment = "#%";          ///< lines that begin with one of these characters are skipped
-  std::vector<std::string> missing{};  ///< texts that stand for no value, for example "-9999"
+  std::vector<std::string> missing{};  ///< texts that mean a missing value, for example "-9999"
   std::size_t skip = 0;                ///< lines before the table
 };
 
@@ -95,7 +95,7 @@ struct TableSettings {
 std::unique_ptr<Recording> open_recording(const std::filesystem::path& path, const TableSettings& tables = {});
 
 /// Returns the field of this name, or null. Indices in brackets may have any value ("poses[3].x" for "poses[0].x"). A
-/// number is that of a column, from 1.
+/// number selects a column, counted from 1.
 const RecordedField* find_field(const RecordedStream& stream, const std::string& name);
 
 /// Returns the index of each field of a request in the stream. Throws Error, with a similar name, if one is missing.

@@ -31,9 +31,9 @@ struct RendezvousOptions {
   double chance = 0.0;         ///< PlanOptions::chance
   double standoff = 4.5;       ///< Standoff point, distance behind the target [m].
   double dock = 1.0;           ///< Docked position, distance behind the target [m].
-  double target_speed = 0.8;   ///< m/s
+  double target_speed = 0.8;   ///< Speed of the target through the water [m/s].
   double current = 0.1;        ///< Standard deviation of each horizontal component of the current [m/s].
-  double start_distance = 30;  ///< m
+  double start_distance = 30;  ///< Initial distance behind the target [m].
   /// Ends the run as interrupted before its next simulated second if set to true; any thread may set it.
   const std::atomic<bool>* stop = nullptr;
 };

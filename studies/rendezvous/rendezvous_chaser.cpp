@@ -14,13 +14,14 @@ namespace {
 
 constexpr double kPlannedViewHalfAngle = 40.0 / kDegrees;
 constexpr double kCorridorHalfAngle = 35.0 / kDegrees;  // Half angle of the docking cone behind the target.
-constexpr double kSearchTime = 10.0;        // s until planning starts; before, the target's velocity is too uncertain.
-constexpr double kStandoffTolerance = 1.0;  // m: docking begins within this distance of the standoff point.
-constexpr double kOpticalTimeout = 8.0;     // s without an optical pose until docking is aborted.
+constexpr double kSearchTime =
+    10.0;  // Time until planning starts [s]; earlier, the target's velocity is too uncertain.
+constexpr double kStandoffTolerance = 1.0;  // Distance from the standoff point at which docking begins [m].
+constexpr double kOpticalTimeout = 8.0;     // Time without an optical pose until docking is aborted [s].
 constexpr double kCurrentGain = 0.1;        // Gain of the low-pass filter of current measurements.
 constexpr double kEstimatorWindow = 40.0;   // s
-constexpr double kCoupledWindow = 20.0;     // s of measurements in a coupled plan.
-constexpr double kSpeedTimeConstant = 1e4;  // s: practically constant linear velocity of the target.
+constexpr double kCoupledWindow = 20.0;     // Duration of the measurements in a coupled plan [s].
+constexpr double kSpeedTimeConstant = 1e4;  // Time constant [s] of a practically constant linear velocity.
 constexpr std::size_t kOdometryLog = 30;    // Ticks, more than the delay of the estimator.
 
 }  // namespace

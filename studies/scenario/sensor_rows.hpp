@@ -9,9 +9,9 @@
 
 namespace tandem {
 
-/// Conversions of rows, from files and live streams alike, to measurements. A row has the numbers of the columns named
-/// here, t [s] first, in the frame of the scenario; the results are in ENU-FLU. The functions throw Error with the
-/// reason but without the location of the row; with_location() adds it.
+/// Conversions of rows of files and live streams to measurements. A row has the numbers of the columns named here, t
+/// [s] first, in the frame of the scenario; the results are in ENU-FLU. The functions throw Error with the reason but
+/// without the location of the row; with_location() adds it.
 
 /// Comma-separated names of the columns of a sensor type.
 std::string columns(SensorType type, bool planar);

@@ -71,7 +71,7 @@ class Database {
   Database(std::filesystem::path file, int flags) : file_(std::move(file)) {
     check(sqlite3_open_v2(file_.c_str(), &handle_, flags | SQLITE_OPEN_NOMUTEX, nullptr));
     sqlite3_busy_timeout(handle_, kBusy);
-    // The schema of a stranger's database may call functions and have triggers.
+    // The schema of an untrusted database may call functions and have triggers.
     sqlite3_db_config(handle_, SQLITE_DBCONFIG_DEFENSIVE, 1, nullptr);
     sqlite3_db_config(handle_, SQLITE_DBCONFIG_TRUSTED_SCHEMA, 0, nullptr);
     sqlite3_db_config(handle_, SQLITE_DBCONFIG_ENABLE_TRIGGER, 0, nullptr);
@@ -151,7 +151,7 @@ bool Statement::step() {
   return code == SQLITE_ROW;
 }
 
-/// Makes an interrupt end queries during its lifetime, since those of a stranger's database may be views without end.
+/// Makes an interrupt end queries during its lifetime, since an untrusted database may have views without end.
 class Interruptible {
  public:
   explicit Interruptible(const Database& database) : handle_(database.handle()) {

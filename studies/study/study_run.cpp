@@ -27,8 +27,8 @@ std::size_t size_of(const Shard& shard, std::size_t trials) {
   return trials > shard.index ? (trials - shard.index + shard.of - 1) / shard.of : 0;
 }
 
-/// Returns how two results of one trial differ, or an empty string. Ignores processor times, and rounding, which depends
-/// on the machine.
+/// Returns how two results of one trial differ, or an empty string. Ignores processor times, and rounding, which
+/// depends on the machine.
 std::string disagreement(const TrialResult& a, const TrialResult& b) {
   constexpr double kRounding = 1e-6;  // relative
   if (a.status != b.status) return fmt::format("its status is {} and {}", a.status, b.status);

@@ -119,7 +119,7 @@ std::string verdict(const Interval& mean, double low, double high, double factor
 void add_consistency_of(const StudyGroup& group, std::vector<StudyConsistency>& rows) {
   const auto add = [&](const std::string& metric, int degrees) {
     const auto mean = mean_interval(samples(group, metric_index(metric)));
-    if (!mean || !(mean->value > 0)) return;  // possible in a file that others wrote
+    if (!mean || !(mean->value > 0)) return;  // possible in a file from another source
     const auto [low, high] = chi_squared_band(degrees, static_cast<int>(mean->n));
     const double factor = std::sqrt(mean->value / degrees);
     rows.push_back({&group, metric, degrees, *mean, low, high, factor, verdict(*mean, low, high, factor)});

@@ -30,7 +30,7 @@ struct StudyMean {
   Interval mean;
 };
 
-/// Ratio of the mean error of `group` to that of `base`, over the seeds on which both converged.
+/// Mean error of `group` divided by the mean error of `base`, over the seeds on which both converged.
 struct StudyPair {
   const StudyGroup* group;
   std::string base;  ///< "raw", or the first model of the same cell and solver

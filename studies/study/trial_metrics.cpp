@@ -13,7 +13,7 @@ namespace {
 
 const char* const kDocked = "docked";
 
-/// Keyframes whose errors are averaged: those of one type, or all.
+/// Keyframes whose errors are averaged: one type, or all.
 struct Keyframes {
   std::string metric;  ///< first part of the metrics' names: "at_TYPE" or "at_all"
   std::string doc;

@@ -51,11 +51,11 @@ struct TrialSettings {
   double optical_sigma_factor = 1;  ///< Factor on the optical sigmas that the estimator assumes.
   double max_keyframes = 0;         ///< Use only the first keyframes; 0: all.
   double window = 0;                ///< Fixed-lag smoothing, errors of the newest states [s]; 0: batch estimate.
-  NewestStateMethod newest{};       ///< With a window.
+  NewestStateMethod newest{};       ///< Method for the newest state; needs a window.
   bool calibrated = false;          ///< Calibrate the noise on the trial's own measurements first.
-  double start_position = 0;        ///< σ of the displacement of the target's initial guess along each axis [m].
-  double start_orientation = 0;     ///< σ of the rotation of the target's initial guess about each axis [deg].
-  Loss loss{};                      ///< On relative measurements.
+  double start_position = 0;        ///< Displacement of the target's initial guess: σ along each axis [m].
+  double start_orientation = 0;     ///< Rotation of the target's initial guess: σ about each axis [deg].
+  Loss loss{};                      ///< Robust loss of relative measurements.
   bool level = true;                ///< Use the soft prior of a level target.
   Junction junction = Junction::boundary;  ///< Connection of points and poses in Mode B.
   bool graduated = false;                  ///< Robust losses by graduated non-convexity.

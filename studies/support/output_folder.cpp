@@ -72,8 +72,8 @@ std::set<std::string> names_in(const fs::path& folder) {
   return names;
 }
 
-/// Returns the file names in the manifest of the last run, none if it is not a readable file. Ignores lines that are not
-/// plain file names, so that an edited manifest cannot lead out of the folder.
+/// Returns the file names in the manifest of the last run, none if it is not a readable file. Ignores lines that are
+/// not plain file names, so that an edited manifest cannot lead out of the folder.
 std::set<std::string> files_of_last_run(const fs::path& folder) {
   const fs::path manifest = folder / OutputFolder::manifest;
   if (!fs::is_regular_file(fs::symlink_status(manifest))) return {};
@@ -96,8 +96,8 @@ fs::path foreign_file(const fs::path& folder, const std::set<std::string>& names
   return fs::exists(manifest) && !fs::is_regular_file(manifest) ? folder / OutputFolder::manifest : fs::path();
 }
 
-/// Returns the files of the last run that the next one, which writes `names`, replaces or removes. A scenario is removed
-/// only by another one.
+/// Returns the files of the last run that the next one, which writes `names`, replaces or removes. A scenario is
+/// removed only by another one.
 std::set<std::string> replaceable_files(const fs::path& folder, const std::set<std::string>& names) {
   const std::set<std::string> files = files_of_last_run(folder);
   return files.contains(kScenario) && !names.contains(kScenario) ? std::set<std::string>() : files;

@@ -30,9 +30,9 @@ class OutputFolder {
   /// their inputs, fill() checks again.
   void check(const std::vector<std::string>& names) const;
 
-  /// Calls `write` with a temporary folder, then moves its files into the output folder. Replaces files of the last run,
-  /// removes those that were not written again, and keeps all other files. Throws Error as check(), or what `write`
-  /// throws; the output folder is then unchanged.
+  /// Calls `write` with a temporary folder, then moves its files into the output folder. Replaces files of the last
+  /// run, removes those that were not written again, and keeps all other files. Throws Error like check(), or what
+  /// `write` throws; the output folder is then unchanged.
   void fill(const std::function<void(const std::filesystem::path& temporary)>& write) const;
 
   /// Returns the folder for partial results of a run: DIR.partial beside the output folder. If its parent is not

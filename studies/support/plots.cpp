@@ -23,8 +23,8 @@ bool complete(const std::string& picture, PlotFormat format) {
                       picture.size() - std::min<std::size_t>(picture.size(), 64)) != std::string::npos;
 }
 
-/// Returns a CSV text with tabs between the cells and without quotes or control characters. gnuplot cuts quoted cells at
-/// commas, which occur in names of models.
+/// Returns a CSV text with tabs between the cells and without quotes or control characters. gnuplot cuts quoted cells
+/// at commas, which occur in names of models.
 std::string tab_separated(const std::string& csv) {
   std::string text;
   for (const std::string_view line : split(trimmed(csv), '\n')) {

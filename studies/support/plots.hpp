@@ -23,8 +23,8 @@ struct PlotScript {
 std::vector<PlotScript> plots_in(const std::filesystem::path& scripts);
 
 /// Runs all scripts of `command` on private copies of the files in the output folder `folder`. Each writes one picture
-/// named after the script. A script is skipped if a needed file is missing; it writes no picture if the files have no data. Returns an empty
-/// string, or one sentence that says why pictures are missing. Does not throw.
+/// named after the script. A script is skipped if a needed file is missing; it writes no picture if the files have no
+/// data. Returns an empty string, or one sentence with the reason for missing pictures. Does not throw.
 std::string draw_plots(const std::string& command, PlotFormat format, const std::filesystem::path& folder,
                        const std::filesystem::path& scripts = plot_scripts());
 
