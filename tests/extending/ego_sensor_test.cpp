@@ -1,5 +1,5 @@
-// Worked example of docs/contributing.md, "A new sensor of the chaser": an inclinometer, which measures the direction of
-// the vertical.
+// Worked example of docs/contributing.md, "A new sensor of the chaser": an inclinometer, which measures the direction
+// of the vertical.
 
 #include <gtest/gtest.h>
 

@@ -12,7 +12,7 @@ using namespace tandem;
 
 constexpr int kMaxCalls = 100;
 
-/// Calls a FixedLag as the input says and compares it with the expected state.
+/// Calls a FixedLag as the input specifies and compares it with the expected state.
 class Calls {
  public:
   explicit Calls(fuzz::Input& input) : input_(input), lag_(options()) {}

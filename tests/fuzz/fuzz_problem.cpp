@@ -15,7 +15,7 @@ using namespace tandem;
 
 constexpr int kMaxCalls = 100;
 
-/// A problem whose handles all other problems must reject. It never changes, so all executions are alike.
+/// A problem whose handles all other problems must reject. It never changes, so all executions are equal.
 struct Foreign {
   Problem problem;
   Variable<fuzz::R1> r1 = problem.add(fuzz::R1());
@@ -27,7 +27,7 @@ const Foreign& foreign() {
   return made;
 }
 
-/// Calls a Problem as the input says and compares it with the expected state.
+/// Calls a Problem as the input specifies and compares it with the expected state.
 class Calls {
  public:
   explicit Calls(fuzz::Input& input) : input_(input) {

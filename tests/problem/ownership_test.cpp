@@ -11,8 +11,8 @@
 
 #include "mixed_problem.hpp"
 
-/// Handles cannot dangle: an invalid one is an error, whatever happened to its problem. Contents of problems move with
-/// their handles.
+/// Handles cannot dangle: use of an invalid handle is an error, even if its problem was moved or destroyed. Contents of
+/// problems move with their handles.
 namespace tandem::testing {
 namespace {
 

@@ -7,7 +7,7 @@
 
 #include "mixed_problem.hpp"
 
-/// A Subproblem is a problem whose cost changes like that of the whole problem.
+/// The cost of a Subproblem changes like the cost of the whole problem.
 namespace tandem::testing {
 namespace {
 

@@ -82,8 +82,8 @@ TEST(AutoDiff, EqualsClosedFormOfMeasurements) {
   expect_closed_form(RollPitch<SO3>{}, tilted.rotation());
 }
 
-/// Mean velocity through the water in the frame of a log, and the turn, between two poses. Uses parts of groups, products
-/// and mixed arithmetic.
+/// Mean velocity through the water in the frame of a log, and the turn, between two poses. Uses parts of groups,
+/// products and mixed arithmetic.
 struct LogSpeed {
   static constexpr std::string_view name = "log speed";
   static constexpr int dim = 2;

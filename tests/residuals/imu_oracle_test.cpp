@@ -60,7 +60,7 @@ class ImuOracle : public ::testing::Test {
     m << -reference.template middleRows<6>(3), -reference.template topRows<3>(), -reference.template bottomRows<6>();
     return m;
   }
-  /// Converts rows and pose columns; the reference orders the latter as rotation, translation.
+  /// Converts rows and pose columns; the reference orders pose columns as rotation, translation.
   static Matrix<15, 6> converted_pose(const Matrix<15, 6>& reference) {
     Matrix<15, 6> m;
     m << reference.rightCols<3>(), reference.leftCols<3>();

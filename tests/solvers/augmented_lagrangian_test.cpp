@@ -220,7 +220,7 @@ TEST(AugmentedLagrangian, NamesTheInfeasibleBlock) {
   EXPECT_LE(s.iterations, 100);
 }
 
-/// From a feasible initial guess, the result is feasible and does not cost more, whatever ends the solve.
+/// From a feasible initial guess, the result is feasible and does not cost more, for every cause that ends the solve.
 TEST(AugmentedLagrangian, KeepsTheBestFeasiblePoint) {
   double first = 0;
   for (int most = 0; most < 12; ++most) {

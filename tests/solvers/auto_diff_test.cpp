@@ -15,8 +15,8 @@ namespace {
 
 using Turn = TwistComponents<SE3, yaw_rate>;
 
-/// A chain of poses: soft priors and constant twist, and a hard bound on the yaw rate if `hard`. wrap(r) adds a residual
-/// as it is or differentiated.
+/// A chain of poses: soft priors and constant twist, and a hard bound on the yaw rate if `hard`. wrap(r) adds a
+/// residual as it is or differentiated.
 template <class Wrap>
 Problem chain(bool hard, const Wrap& wrap) {
   Problem problem;

@@ -62,7 +62,7 @@ TYPED_TEST(ChordalStart, IsExactWithoutNoise) {
     EXPECT_LE((grid.truth[i].inverse() * found[i]).Log().norm(), 1e-9) << i;
 }
 
-/// The minimum is the one that is found from the true poses, whatever the poses' distance from the first one.
+/// The minimum equals the minimum from the true poses, for any distance of the poses from the first one.
 TYPED_TEST(ChordalStart, LeadsToTheMinimumOfTheTruth) {
   const Grid<TypeParam> grid(0.2, 0.2);
   const Summary from_truth = grid.solve_from(grid.truth);

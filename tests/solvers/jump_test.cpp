@@ -10,7 +10,7 @@
 #include "cases.hpp"
 #include "sanitized.hpp"
 
-/// Tests discontinuous residuals, such as those of rotations at π: solvers continue, and messages name them.
+/// Tests discontinuous residuals, for example of rotations at π: solvers continue, and messages name them.
 namespace tandem::testing {
 namespace {
 

@@ -5,8 +5,8 @@
 #include "solvers/battery/random_programs.hpp"
 #include "solvers/cases.hpp"
 
-/// Tests the claims of all solvers on 600 random programs: a converged solution meets the first-order conditions, and an
-/// infeasible one is a stationary point of the violation. The environment variable TANDEM_BATTERY sets the number of
+/// Tests the claims of all solvers on 600 random programs: a converged solution meets the first-order conditions, and
+/// an infeasible one is a stationary point of the violation. The environment variable TANDEM_BATTERY sets the number of
 /// programs of each difficulty.
 namespace tandem::testing {
 namespace {

@@ -69,7 +69,8 @@ Dense linearize(Problem& problem, double least_curvature) {
     }
   }
   const double least = curvature.maxCoeff() > 0 ? least_curvature * curvature.maxCoeff() : 1.0;
-  // An unknown that only constraints read has no standard deviation; use that of the softest other one.
+  // An unknown that only constraints read has no standard deviation; use the standard deviation of the softest other
+  // one.
   double softest = std::max(least, curvature.maxCoeff());
   for (const double h : curvature)
     if (h > 0) softest = std::min(softest, std::max(h, least));

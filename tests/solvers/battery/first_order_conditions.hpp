@@ -10,7 +10,8 @@ namespace tandem::testing {
 /// and assembled from the blocks of the problem without the code of the solvers.
 struct FirstOrderConditions {
   /// Computes all members. The standard deviation of an unknown is that by the cost alone, with at least the part
-  /// `least_curvature` of the largest curvature. A row is active if a step of 1e-4 standard deviations reaches its bound.
+  /// `least_curvature` of the largest curvature. A row is active if a step of 1e-4 standard deviations reaches its
+  /// bound.
   explicit FirstOrderConditions(Problem& problem, double least_curvature = 1e-12);
 
   /// Least residual of g + Jᵀ y = 0 over the multipliers y, which must be those of active rows and have the signs of

@@ -41,7 +41,7 @@ class FixedLagCalls {
   struct Known {
     std::variant<Variable<R3>, Variable<SE3>> handle;
     std::optional<double> t;
-    int readers = 0;  // number of blocks, without the marginal prior
+    int readers = 0;  // number of blocks that read it, without the marginal prior
     bool there = true;
   };
   struct KnownBlock {

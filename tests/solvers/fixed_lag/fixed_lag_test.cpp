@@ -29,7 +29,7 @@ using ::testing::ThrowsMessage;
 /// odometry, an odometry bias that is a variable without a time, and position measurements, some of them late.
 class Stream {
  public:
-  static constexpr int kLate = 4;  // delay of late measurements [steps]
+  static constexpr int kLate = 4;  // number of steps by which late measurements are delayed
 
   /// Adds the data of step k at time t. `add` adds a point, `problem` gets the blocks.
   template <class Add>

@@ -41,7 +41,7 @@ class CondensedKktTest : public ::testing::Test {
     for (int c = 0; c < n; ++c)
       for (int k = start[std::size_t(c)]; k < start[std::size_t(c) + 1]; ++k)
         H(row[std::size_t(k)], c) = H(c, row[std::size_t(k)]) = values[k];
-    // any Jacobian of the pattern
+    // // a random Jacobian with the pattern of the problem
     J = Matrix::Zero(nlp->num_rows(), n);
     for (std::size_t k = 0; k < nlp->jacobian_pattern().row.size(); ++k)
       J(nlp->jacobian_pattern().row[k], nlp->jacobian_pattern().column[k]) = normal(random);

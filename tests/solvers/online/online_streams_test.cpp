@@ -132,7 +132,7 @@ TEST(OnlineEgo, DepthAndHeadingAloneDoNotAidAChaser) {
   EXPECT_EQ(longer.health().target.state, OutputState::none);
 }
 
-/// An estimator that takes over keeps the knowledge of the biases.
+/// An estimator that replaces another one keeps the information about the biases.
 TEST(OnlineEgo, TheHandoverStartHasTheBiasesAndTheirSigmas) {
   LevelTurn turn;
   turn.duration = 40;

@@ -228,7 +228,8 @@ TEST(OnlineTarget, ConvergesWithADelayInAShortWindow) {
   }
 }
 
-/// Positions with an error of 2 m, and correct poses in short intervals until 110 s. The final window of 8 s has no pose.
+/// Positions with an error of 2 m, and correct poses in short intervals until 110 s. The final window of 8 s has no
+/// pose.
 struct OffPositions {
   TrackingData data;
   SimulatedRun simulation;

@@ -87,8 +87,8 @@ double difference(const Plan<8>& a, const Plan<8>& b) {
   return most;
 }
 
-/// Solves a plan's problem from a plan that DampedSqp found, to the smaller tolerance of Ipopt. From a roll-out, Ipopt may
-/// end at another local minimum.
+/// Solves a plan's problem from a plan that DampedSqp found, to the smaller tolerance of Ipopt. From a roll-out, Ipopt
+/// may end at another local minimum.
 Plan<8> polished(PlanProblem<8>& problem, Window& window, const Plan<8>& guess) {
   problem.set_start(window.start(), kNoCurrent);
   problem.set_target(window.prediction(to_the_standoff().steps));

@@ -33,7 +33,7 @@ TEST(Filter, RequiresThePredictedDecreaseNearFeasiblePoints) {
   EXPECT_TRUE(filter.admits({1.0, 0.5})) << "an improvement of the cost stores no point";
 }
 
-/// Far from feasible, less violation is sufficient, whatever decrease of the cost the step predicts.
+/// Far from feasible, less violation is sufficient for any predicted decrease of the cost.
 TEST(Filter, AcceptsLessViolationFarFromFeasiblePoints) {
   Filter filter;
   EXPECT_TRUE(filter.accept({0.0, 5.0}, {1e-3, 1e-3}, 1.0, -10.0));

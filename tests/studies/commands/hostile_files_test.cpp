@@ -48,7 +48,7 @@ TEST(HostileFiles, FolderNamesAreNotRun) {
   EXPECT_FALSE(fs::exists("OWNED"));
 }
 
-/// A stranger's compare.csv whose cells are commands.
+/// A compare.csv from an untrusted source, whose cells are commands.
 TEST(HostileFiles, CellsAreNotRun) {
   TANDEM_NEEDS_GNUPLOT("plots");
   const ScratchFolder scratch;
@@ -206,7 +206,7 @@ TEST(HostileFiles, FailureOfStandardOutputIsReported) {
   EXPECT_TRUE(fs::exists(out + "/summary.json")) << "the files are written";
 }
 
-/// The noise file of calibrate is read again, whatever the name of the sensor.
+/// The noise file of calibrate can be read again for any name of a sensor.
 TEST(HostileFiles, SensorNamesSurviveNoiseFiles) {
   const ScratchFolder scratch;
   const std::string folder = scenario_in(scratch, "s"), yaml = read_file(folder + "/scenario.yaml");
@@ -225,7 +225,7 @@ TEST(HostileFiles, SensorNamesSurviveNoiseFiles) {
   }
 }
 
-/// Repeated keys are found in linear time, and reading hears SIGTERM.
+/// Repeated keys are found in linear time, and SIGTERM interrupts reading.
 TEST(HostileFiles, HugeScenarioFilesAreReadInLinearTime) {
   const ScratchFolder scratch;
   const std::string folder = scenario_in(scratch, "s");

@@ -71,7 +71,7 @@ TEST_F(ExportTest, McapRoundTripsThroughImport) {
   for (const auto& [column, value] : {std::pair{1, 1.0}, {2, 2.0}, {3, 3.0}})
     EXPECT_NEAR(back.sensors[0]->at(0, static_cast<std::size_t>(column)), value, 1e-12);
   EXPECT_NEAR(back.sensors[1]->at(0, 3), std::sqrt(0.5), 1e-12);
-  // Body axes point east, south and down, so the variances 1 2 3 along them are those of east, north and up.
+  // Body axes point east, south and down, so the variances 1 2 3 along them are the variances along east, north and up.
   const auto rows = read_rows(*recording, "/chaser/odometry",
                               {"pose.covariance[0]", "pose.covariance[7]", "pose.covariance[14]", "pose.covariance[21]",
                                "twist.twist.linear.y", "header.frame_id"});

@@ -100,7 +100,7 @@ TEST(TrackSnapshot, RejectsInvalidFiles) {
   }
 }
 
-/// A file with the right checksum may still be made by others.
+/// A file with the right checksum may still be from an untrusted source.
 TEST(TrackSnapshot, RejectsInvalidValues) {
   const auto why = [](auto change) {
     TrackSnapshot s = full_snapshot();

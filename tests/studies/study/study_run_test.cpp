@@ -91,7 +91,7 @@ TEST(StudyRun, ShardsThatDisagreeAreNamed) {
               HasSubstr("its status is converged and refused"));
 }
 
-/// A file of others may have any trial number.
+/// A file from an untrusted source may have any trial number.
 TEST(StudyDatabase, RejectsTrialsThatAreNotInTheStudy) {
   for (const std::size_t trial : {std::size_t(24), std::size_t(1'000'000'000), ~std::size_t(0)}) {
     const ScratchFolder folder;

@@ -11,8 +11,8 @@ namespace {
 using testing::ElementsAre;
 using testing::HasSubstr;
 
-/// Synthetic results: in replicate r the error of the first model is 1 + r / 10; that of the second is 1.5 times as
-/// large.
+/// Synthetic results: in replicate r, the error of the first model is 1 + r / 10. The error of the second model is 1.5
+/// times as large.
 struct SyntheticResults {
   Study study = parse_study(
       "name: made\nmodels: [constant-twist, mode-b]\nparameters: {start_position: [0, 2]}\nseeds: 40\n", "made.yaml");

@@ -83,7 +83,7 @@ TEST(OutputFolder, KeepsScenarioThatTandemWrote) {
   EXPECT_THAT(files(scratch.path() / "other"), UnorderedElementsAre("scenario.yaml")) << "by another scenario";
 }
 
-/// A folder of the name of a killed run's temporary folder, as an archive of a stranger may have it.
+/// A folder with the name of a killed run's temporary folder, for example from an untrusted archive.
 TEST(OutputFolder, RecoversOnlyFoldersOfItsOwnRuns) {
   const ScratchFolder scratch;
   const auto out = scratch.path() / "out", docs = scratch.path() / "docs";
