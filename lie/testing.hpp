@@ -190,7 +190,8 @@ void jacobians(const typename G::Tangent& v, Errors& e) {
   e.compare("Jl_inverse Jl = I", Jli * Jl, I);
 }
 
-/// Checks the values of the operations: plus and minus are inverse to each other, interpolate() meets both ends.
+/// Checks the values of the operations: plus and minus are inverse to each other, and interpolate() starts and ends at
+/// its arguments.
 template <LieGroup G>
 void operations(const G& x, const typename G::Tangent& v, const Vector<G::point_dim>& p, Errors& e) {
   const typename G::Tangent part = 0.3 * v;
