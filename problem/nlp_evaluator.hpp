@@ -247,7 +247,7 @@ class NlpEvaluator {
   Eigen::VectorXd delta_;           // the point relative to X̄
   std::uint64_t serial_;            // serial number of the problem
   long long revision_, value_revision_, bounds_revision_;
-  bool moved_ = false;  // since the charts were computed
+  bool moved_ = false;  // whether the point has moved since the charts were computed
 };
 
 }  // namespace tandem

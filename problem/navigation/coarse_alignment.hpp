@@ -9,8 +9,8 @@ struct Alignment {
   double t = 0;                    ///< time of the first keyframe [s]
   EgoState state{};                ///< state at t
   EgoStateSigmas sigmas{};         ///< standard deviations of `state`
-  bool heading_unknown = false;    ///< the heading of `state` is arbitrary; later measurements determine it
-  bool velocity_from_dvl = false;  ///< the velocity of `state` was measured along body axes
+  bool heading_unknown = false;    ///< whether the heading of `state` is arbitrary; later measurements determine it
+  bool velocity_from_dvl = false;  ///< whether the velocity of `state` was measured along body axes
 
   /// Returns `state`, rotated about the vertical by an angle [rad]. Also rotates a velocity from the DVL.
   EgoState rotated_about_vertical(double angle) const;

@@ -29,7 +29,7 @@ class SensorConstants {
   template <LieGroup G>
   Variable<G> get_or_add(Problem& problem, const std::string& sensor, const char* what, double sigma);
   /// Returns a variable that is fixed at the identity. It fills the arguments of a residual that do not apply, such as
-  /// disabled errors or unused states. Solvers do not see fixed variables.
+  /// disabled errors or unused states. Fixed variables add no unknowns.
   template <LieGroup G>
   Variable<G> fixed_identity(Problem& problem);
   /// Registers a constant bias that is already in the problem, with its prior.

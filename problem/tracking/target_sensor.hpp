@@ -106,7 +106,7 @@ struct Measurement {
   Vector<3> position = Vector<3>::Zero();        ///< m
   SO3 rotation{};                                ///< target in the sensor
   double range = 0, azimuth = 0, elevation = 0;  ///< m, rad; azimuth from x towards y, elevation from there towards z
-  bool held_out = false;                         ///< gets a keyframe but no residual, for validation
+  bool held_out = false;                         ///< whether it gets a keyframe but no residual, for validation
   double height = 0;                             ///< up [m]
 };
 

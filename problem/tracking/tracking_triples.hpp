@@ -18,7 +18,7 @@ struct Triple {
   double dt1, dt2;  ///< s
 };
 
-/// Adds triples to a problem. Several horizons see the same disturbances, so they share the information equally.
+/// Adds triples to a problem. Several horizons contain the same disturbances, so they share the information equally.
 template <LieGroup G>
 class TripleBuild {
  public:
