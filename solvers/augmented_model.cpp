@@ -21,7 +21,7 @@ constexpr int kMaxRelaxations = 60;      // maximum number of penalty reductions
 constexpr int kStalledSteps = 3;         // steps without less violation before the penalty grows
 constexpr int kInfeasibilitySteps = 15;  // steps without less violation between tests of infeasibility
 constexpr double kInfeasibilitySlope = 1e-2;
-// Consecutive damped steps that enable the exact Hessian, undamped ones that disable it.
+// Number of consecutive damped steps that enable the exact Hessian, and of undamped steps that disable it.
 constexpr int kHessianSteps = 3;
 
 }  // namespace

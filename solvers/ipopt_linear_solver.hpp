@@ -36,7 +36,7 @@ class BlockCholeskyInIpopt {
   bool solve(double* rhs);
   int num_constraints() const { return kkt_.num_constraints(); }
 
-  /// The first exception of a call, after which Ipopt sees a failed linear solver.
+  /// The first exception of a call. Ipopt then receives the result of a failed linear solver.
   std::exception_ptr error() const { return error_; }
 
  private:

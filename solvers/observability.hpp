@@ -29,8 +29,8 @@ struct FlatDirection {
 /// Finds the flat directions of the problem at X̄. There are three kinds:
 ///
 /// - Null directions of the Gauss-Newton Hessian JᵀJ. A pivot below 1e-12 of its diagonal entry is only an indication,
-///   because long chains and loose priors cause it too. The change of the residuals, ‖J v‖², decides; it keeps all
-///   digits. At most `most` directions of this and the next kind are found.
+///   because long chains and loose priors cause it too. The criterion is the change of the residuals, ‖J v‖², which
+///   keeps all digits. At most `most` directions of this and the next kind are found.
 /// - Directions with ‖J v‖² > 0 that the factor of the Hessian cannot resolve.
 /// - Gauges: JᵀJ has curvature, but the cost does not change. See GaugeSearch.
 ///

@@ -100,8 +100,9 @@ class ViolationMinimization {
     return {std::numeric_limits<double>::infinity(), 0.0};
   }
 
-  static constexpr int kMaxSteps = 10;          // accepted steps; a few reduce a violation that is not stationary
-  static constexpr double kSignificant = 0.95;  // ratio of the violations after and before, below which X̄ is no minimum
+  static constexpr int kMaxSteps = 10;  // accepted steps; a few reduce a violation that is not stationary
+  static constexpr double kSignificant =
+      0.95;  // ratio of the violations after and before, below which X̄ is not a minimum
   static constexpr double kInitialDamping = 1e-3;  // relative to the diagonal of JᵀJ
   static constexpr double kMaxDamping = 1e6;
   static constexpr double kMaxAngle = 2.0;  // [rad]; the chart ends at π

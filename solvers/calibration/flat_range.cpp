@@ -10,7 +10,7 @@ namespace {
 constexpr double kFlatSlope = 0.05;  // slope of the log evidence by the log factor, below which it is flat
 constexpr int kBisections = 3;       // between a usable point and one without evidence
 
-/// Returns where the cubic through two points and their slopes falls to `level`.
+/// Returns the argument at which the cubic through two points and their slopes falls to `level`.
 double crossing(double inside, const ProfilePoint& a, double outside, const ProfilePoint& b, double level) {
   const double width = outside - inside;
   const auto cubic = [&](double t) {

@@ -47,7 +47,7 @@ class OnlineWindow {
   struct Outcome {
     std::optional<std::string> why_not{};  ///< the reason if it cannot be used, a sentence
     std::optional<double> sigmas{};        ///< its normalised innovation, if that has a covariance
-    bool rejected = false;                 ///< outside the gate
+    bool rejected = false;                 ///< whether it is outside the gate
   };
   /// Adds a measurement of the target if it passes the gate.
   Outcome add_measurement(std::size_t sensor, const Measurement& m);
@@ -142,7 +142,7 @@ class OnlineWindow {
   RestartSchedule restarts_;
   double cost_ = 0;
   // State of the covariance of lag_: outdated; valid except for new variables; valid; or undefined, because a residual
-  // is.
+  // is undefined.
   enum class Covariance { stale, extendable, current, unavailable };
   Covariance covariance_ = Covariance::stale;
   bool converged_ = true;  // the last update converged, or the window was minimised since

@@ -25,8 +25,8 @@ class StreamClocks {
  public:
   struct Stream {
     std::string name;
-    bool may_repeat;            ///< several lines may have the same stamp
-    bool motion;                ///< motion of the chaser, the reference for the other streams
+    bool may_repeat;            ///< whether several lines may have the same stamp
+    bool motion;                ///< whether it is the motion of the chaser, the reference for the other streams
     double longest_period = 5;  ///< a motion with a longer period has stamps in another unit than seconds [s]
   };
   explicit StreamClocks(std::vector<Stream> streams, const ClockOptions& options = {});

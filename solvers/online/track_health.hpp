@@ -75,7 +75,7 @@ struct TrackHealth {
   std::vector<SensorHealth> sensors;        ///< first those of the chaser, then those of the target
   std::size_t resets = 0;                   ///< resets, without suspensions
   std::size_t suspensions = 0;              ///< resets because of missing measurements
-  bool converged = true;                    ///< convergence of the last update
+  bool converged = true;                    ///< whether the last update converged
   std::optional<double> unconverged_since;  ///< start of the current run of unconverged updates [s]
 };
 
