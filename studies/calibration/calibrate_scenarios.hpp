@@ -73,7 +73,7 @@ struct ScenarioCalibration {
   double gain = 0, gain_error = 0;    ///< gain in predictive log likelihood and its standard error
   std::string why_not_validated;      ///< the reason if cross-validation failed
   double seconds = 0;
-  bool cut_short = false;  ///< stopped early; not cross-validated
+  bool cut_short = false;  ///< whether it was stopped early, and not cross-validated
 
   /// Returns whether the calibrated noise predicts held-out measurements better, by more than the standard error.
   bool recommended() const { return folds > 0 && why_not_validated.empty() && gain > gain_error; }
@@ -89,11 +89,12 @@ struct ScenarioCalibration {
 /// A parameter keeps its given value for each KeepReason, and the others are then calibrated again. For example, white
 /// noise must not shrink while residuals are correlated: the estimated covariance would be too small.
 ///
-/// Constant systematic errors are estimated in each scenario separately and cross-validated. A constant of the chaser's
-/// own sensors without gain is not judged if gaps without position fixes are longer than the held-out segments.
+/// Constant systematic errors are estimated in each scenario separately and cross-validated. If gaps without position
+/// fixes are longer than the held-out segments, a constant of the chaser's own sensors that has no gain gets no
+/// verdict.
 ///
 /// Throws Error if the sensors of the scenarios differ, a name is unknown, a parameter has no residuals, or there are
-/// fewer measured values than parameters. Also throws as the problem builders and calibrate().
+/// fewer measured values than parameters. Also throws like the problem builders and calibrate().
 ScenarioCalibration calibrate_scenarios(std::vector<Scenario> scenarios, const ScenarioCalibrationOptions& options);
 
 }  // namespace tandem

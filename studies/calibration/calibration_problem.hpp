@@ -21,7 +21,7 @@ struct CalibratedEntry {
   std::vector<bool> angle;              ///< Whether each component is an angle [rad].
   std::vector<double> sigmas;           ///< Given values, in the axes of the files like `components`.
   std::vector<int> row;                 ///< Index of each component among the rows in the problem.
-  bool sensor = false;                  ///< Noise of a sensor.
+  bool sensor = false;                  ///< Whether it is the noise of a sensor.
   /// Noise of a chaser sensor other than position fixes; if the sensor has a bias state, the noise of the bias instead.
   /// Between fixes, only this noise can account for slow errors of the position.
   bool dead_reckoning = false;
@@ -39,7 +39,7 @@ struct EntryBlock {
   std::optional<double> measured_at = {};  ///< Time stamp [s], if the block is a measurement.
   double share = 1;                        ///< NoiseRows::share of the first `shared` rows; the others have 1.
   int shared = -1;                         ///< −1: all rows.
-  bool primary = true;                     ///< False: a second block of a measurement that another block represents.
+  bool primary = true;                     ///< False for a second block of a measurement.
 };
 
 /// The problem of one scenario, and the noise entries of its blocks.

@@ -18,7 +18,7 @@ struct ModelParameter {
   std::string name, entry;                     ///< "twist_time.x" and "twist_time"
   std::size_t component = 0;                   ///< index in the entry, in the order of the files
   double given = 0;                            ///< given value
-  bool time = true;                            ///< a time [s]; else degrees of freedom
+  bool time = true;                            ///< whether it is a time [s]; else degrees of freedom
   std::function<void(Scenario&, double)> set;  ///< sets the value in any scenario that has the parameter
 };
 
@@ -33,7 +33,7 @@ std::vector<NoiseEntry> entries_of(const std::vector<ModelParameter>& parameters
 struct ModelParameterEntry {
   std::string name;                     ///< "twist_time", "lidar.time"
   std::vector<std::string> components;  ///< "x", …; empty for sensors
-  bool available = false;               ///< the scenario and its motion model have it
+  bool available = false;               ///< whether the scenario and its motion model have it
 };
 std::vector<ModelParameterEntry> model_parameter_entries(const Scenario& scenario, const TrackingOptions& target,
                                                          const NavigationOptions& own);

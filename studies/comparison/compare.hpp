@@ -14,7 +14,7 @@ namespace tandem {
 struct NamedSolver {
   std::string name;
   Solver solver;
-  bool dense = false;  ///< stores dense matrices; suitable for small problems only
+  bool dense = false;  ///< whether it stores dense matrices, and suits small problems only
 };
 
 /// Returns all solvers of this build: gauss-newton, augmented-lagrangian, ipopt (automatic choice of the Hessian),

@@ -82,7 +82,7 @@ struct Estimate {
 /// with the problem before it is solved.
 ///
 /// Throws Error if data and options give no valid problem or the solver does not support it. A solve that does not
-/// converge is no error; see `summary`.
+/// converge is not an error; see `summary`.
 Estimate estimate(const Scenario& scenario, const TrackingOptions& options, const Solver& solver,
                   bool graduated = false, const NavigationOptions& navigation = {}, bool covariance = true,
                   const std::function<void(const Problem&)>& built = {});

@@ -28,7 +28,7 @@ struct ExportedTrajectory {
 
 /// The trajectories of an output folder, or of a scenario folder.
 struct ExportedRun {
-  bool ned = false;  ///< axes: NED-FRD, else ENU-FLU
+  bool ned = false;  ///< whether the axes are NED-FRD, not ENU-FLU
   std::vector<ExportedTrajectory> trajectories;
   std::optional<GeographicPoint> origin{};  ///< if the scenario states it
 };

@@ -21,7 +21,7 @@ struct ImportField {
   std::string field;  ///< empty for a constant
   double factor = 1;
   double constant = 0;
-  bool degrees_and_minutes = false;  ///< dddmm.mmmm, as in NMEA
+  bool degrees_and_minutes = false;  ///< whether values have the form dddmm.mmmm, as in NMEA
   std::string unit{};                ///< name of the unit, for the report; empty for SI units without a statement
 };
 
@@ -36,12 +36,12 @@ struct ImportCondition {
 
 /// Time base of a stream.
 struct ImportTime {
-  bool receive = false;  ///< receive time instead of a field
+  bool receive = false;  ///< whether the receive time is used instead of a field
   ImportField field{};
   std::string week{};        ///< Field with the GPS week, if `field` is the time of the week.
   double date = 0;           ///< s; midnight that a time of day is relative to.
   std::string date_field{};  ///< Field with the date of each row, instead of `date`.
-  bool gps = false;          ///< GPS epoch (1980), else Unix epoch (1970).
+  bool gps = false;          ///< Whether the epoch is GPS (1980), not Unix (1970).
   double leap_seconds = kLeapSeconds;
   double offset = 0;  ///< s, added
 };
@@ -61,7 +61,7 @@ struct ImportSensor {
   ImportAxes axes{};
   bool magnetic = false;                                        ///< headings refer to magnetic north
   std::vector<std::pair<std::string, std::string>> settings{};  ///< keys and values for scenario.yaml
-  bool assumed = false;                                         ///< made by a rule, without a map
+  bool assumed = false;                                         ///< whether a rule has made it, without a map
 
   /// Returns the fields of a quantity, or null.
   const std::vector<ImportField>* find(std::string_view quantity) const;
@@ -70,7 +70,7 @@ struct ImportSensor {
 /// A whole import: sensors and the settings of the scenario.
 struct ImportMap {
   std::string name;
-  bool ned = false;  ///< axes of the written scenario: NED-FRD, else ENU-FLU
+  bool ned = false;  ///< whether the axes of the written scenario are NED-FRD, not ENU-FLU
   std::optional<GeographicPoint> origin{};
   std::optional<double> declination{};  ///< rad, east positive
   std::filesystem::path magnetic_model{};

@@ -144,9 +144,9 @@ double spread(const std::vector<double>& values) {
   return median(distances);
 }
 
-/// Compares the heights of the target with the given sign of the elevation and with the other one. A target that keeps
-/// its height, while the chaser changes its own, decides the sign. So does a target above the water that would be
-/// below with the other sign.
+/// Compares the heights of the target with the given sign of the elevation and with the other one. The sign is known if
+/// the target keeps its height while the chaser changes its own, or if the target would be above the water with one of
+/// the signs only.
 void find_elevation_sign(const std::vector<SensorSeries>& all, bool ned, const SensorSeries& s,
                          std::vector<std::string>& out) {
   std::optional<ChaserHeight> chaser = chaser_height(all);

@@ -40,7 +40,7 @@ struct Navigation {
 struct NavigationOptions {
   EgoOptions ego{};
   GaussNewtonOptions solver{};
-  double alignment = 30.0;           ///< Duration of the data that decide an unknown heading [s].
+  double alignment = 30.0;           ///< Duration of the data that determine an unknown heading [s].
   double first_pass = 20.0;          ///< Window of the fixed-lag smoother that computes the initial guess [s].
   bool covariance = true;            ///< Computes covariances.
   bool north_east = false;           ///< World positions of the files are north, east, down; only names components.
@@ -55,7 +55,7 @@ struct NavigationOptions {
 /// Navigates the chaser by its own sensors: checks the data, computes an initial guess by fixed-lag smoothing, and
 /// solves the batch problem.
 ///
-/// Throws Error if there are no sensors or they are not sufficient. A solve that does not converge is no error; see
+/// Throws Error if there are no sensors or they are not sufficient. A solve that does not converge is not an error; see
 /// `summary`. The solver's time limit covers all steps. If it is reached, the result ends at the last keyframe computed
 /// so far; Stopped is thrown if there are fewer than two.
 Navigation navigate(const NavigationData& data, const NavigationOptions& options = {});

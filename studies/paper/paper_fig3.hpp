@@ -29,7 +29,7 @@ OffArc off_arc(const SE3& pose);
 struct Panel {
   struct Pose {
     double t;    ///< s
-    bool given;  ///< whether the pose is fixed on the arc; else it is unknown
+    bool given;  ///< whether the pose is fixed on the arc; other poses are unknown
   };
   std::string title;
   std::vector<Pose> poses;
@@ -49,7 +49,7 @@ struct Solution {
 ///
 /// The problem has other minima: constant twists with more turns, or in the other direction, between the given poses. A
 /// worse initial guess or very uneven times may lead to one of them. Throws Error if the solver is not available; a
-/// solve that does not converge is no error, see `summary`.
+/// solve that does not converge is not an error, see `summary`.
 Solution solve(const Panel& panel, const Solver& solver, unsigned seed);
 
 }  // namespace tandem::fig3

@@ -6,8 +6,8 @@
 namespace tandem {
 
 /// Decompresses a chunk of a bag into `out`, whose size should be `size` bytes. `compression` is "", "none", "lz4",
-/// "zstd" or "bz2". Returns an empty string, or the reason why `out` has only the first part: the compression is
-/// unknown or was not built (`out` is empty), or the data are corrupted or incomplete.
+/// "zstd" or "bz2". Returns an empty string, or the reason why `out` has only the first part of the data. If the
+/// compression is unknown or not part of this build, `out` is empty. Other reasons are corrupted or incomplete data.
 std::string decompress(std::string_view compression, std::string_view data, std::size_t size, std::string& out);
 
 }  // namespace tandem

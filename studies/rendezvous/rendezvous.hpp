@@ -27,7 +27,7 @@ struct RendezvousOptions {
   /// Time constant of the target's turn rate in the chaser's damped-twist model [s]; infinite: constant twist. The
   /// default is the time at which the autocorrelation of SwingingTarget's turn rate falls to 1/e.
   double turn_time = 10.0;
-  double information = 0.1;    ///< PlanOptions::information of RendezvousMethod::information.
+  double information = 0.1;    ///< PlanOptions::information, for RendezvousMethod::information.
   double chance = 0.0;         ///< PlanOptions::chance
   double standoff = 4.5;       ///< Standoff point, distance behind the target [m].
   double dock = 1.0;           ///< Docked position, distance behind the target [m].
@@ -51,7 +51,7 @@ struct RendezvousStep {
   double violation;         ///< Largest violation of the plan's hard constraints.
   Eigen::VectorXd command;
   double processor_seconds = 0.0;  ///< processor time of the plan
-  bool first = false;              ///< plan without a previous plan in its phase
+  bool first = false;              ///< whether it is the first plan of its phase
 };
 
 struct RendezvousRun {

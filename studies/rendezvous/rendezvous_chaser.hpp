@@ -13,7 +13,7 @@
 
 namespace tandem {
 
-/// Estimator and planner of the chaser in a simulated rendezvous. It sees only sensor readings, not the truth.
+/// Estimator and planner of the chaser in a simulated rendezvous. Its input are sensor readings, not the truth.
 template <int N>
 class RendezvousChaser {
  public:

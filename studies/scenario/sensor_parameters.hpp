@@ -19,7 +19,7 @@ struct SensorParameter {
   std::function<void(double)> set;  ///< Sets it; valid while the scenario exists and its sensors do not change.
 };
 
-/// The default losses of a problem, and the properties that decide how many rows a loss applies to.
+/// The default losses of a problem, and the properties that determine how many rows a loss applies to.
 struct SensorLosses {
   Loss target{}, own{};
   bool separate_orientation = false;  ///< measured orientations have a separate loss

@@ -15,7 +15,7 @@ namespace tandem {
 /// The required order of the times in a file.
 enum class TimeOrder {
   increasing,
-  repeating,  ///< non-decreasing: a camera may see a target twice in a frame
+  repeating,  ///< non-decreasing: a camera may detect a target twice in a frame
   any,        ///< not checked here; the caller checks it later
 };
 

@@ -21,7 +21,7 @@ namespace {
 constexpr const char* kFormat = "2";
 constexpr int kBusy = 10000;            // ms to wait for a reader
 constexpr std::size_t kRowBytes = 700;  // reserved per trial, an upper bound
-constexpr int kInstructions = 10000;    // SQLite instructions between two looks at interrupted(), below 1 ms
+constexpr int kInstructions = 10000;    // SQLite instructions between two calls of interrupted(), below 1 ms
 constexpr const char* kLock = "study.lock";
 
 /// Locks a folder for one writer. Throws Error if that fails.

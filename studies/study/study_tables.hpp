@@ -14,7 +14,7 @@ namespace tandem {
 struct StudyGroup {
   std::size_t cell = 0, model = 0, solver = 0;
   std::string cell_text, model_text, solver_text;
-  bool planar = false;                        ///< NEES has fewer degrees of freedom in the plane.
+  bool planar = false;                        ///< In the plane, an NEES has fewer degrees of freedom.
   std::vector<TrialSensor> sensors{};         ///< Sensors of the trials.
   std::size_t trials = 0, converged = 0;      ///< Finished trials, and the converged ones among them.
   std::vector<const TrialResult*> results{};  ///< Converged trials by replicate; nullptr for the others.

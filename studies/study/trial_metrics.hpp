@@ -15,8 +15,8 @@ namespace tandem {
 struct TrialMetric {
   std::string name;  ///< CSV column, as in "at_position_error_m"
   std::string doc;
-  bool timing = false;  ///< depends on the machine; reported separately
-  bool share = false;   ///< 0 or 1; its mean is a share of the trials
+  bool timing = false;  ///< whether it depends on the machine; reported separately
+  bool share = false;   ///< whether it is 0 or 1, so that its mean is a share of the trials
 };
 
 /// Returns all metrics in the order of the columns.

@@ -58,7 +58,7 @@ struct TrialSettings {
   Loss loss{};                      ///< Robust loss of relative measurements.
   bool level = true;                ///< Use the soft prior of a level target.
   Junction junction = Junction::boundary;  ///< Connection of points and poses in Mode B.
-  bool graduated = false;                  ///< Robust losses by graduated non-convexity.
+  bool graduated = false;                  ///< Solve robust losses by graduated non-convexity.
 
   std::optional<RendezvousMethod> rendezvous{};  ///< simulate a rendezvous instead of an estimate
   double chance = 0;                             ///< RendezvousOptions::chance
