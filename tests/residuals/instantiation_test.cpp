@@ -64,7 +64,7 @@ void check(const R& residual) {
 }
 
 /// Checks the Jacobians of a residual of a chaser and a target at a moderate distance. Differences are meaningless
-/// where the two nearly coincide, or where they see each other in the direction opposite to the measured one.
+/// where the two nearly coincide, or where the direction between them is opposite to the measured direction.
 template <class R>
 void check_apart(const R& residual) {
   ++checked;

@@ -78,7 +78,7 @@ TEST(Multistart, AbandonsTrialsThatReturnOrAreInterrupted) {
   MultistartOptions options;
   options.has_returned = [&] {
     ++asked;
-    return std::abs(wells.at(1) + 1.0) < 0.5;  // the callback sees the values of the trial
+    return std::abs(wells.at(1) + 1.0) < 0.5;  // the problem has the values of the trial
   };
   EXPECT_EQ(solve_part_from(starts, wells.problem, ids, options).best, -1);
   EXPECT_EQ(asked, 1);

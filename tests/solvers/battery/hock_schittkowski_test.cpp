@@ -40,8 +40,8 @@ void expect_known_minima(const AnySolver& solver, const std::set<int>& elsewhere
 }
 
 TEST(HockSchittkowskiMinima, AugmentedLagrangianFindsThem) {
-  // 2, 16 and 20 have other minima. The constraints of 13 have no multipliers at the minimum. In 7, a curvature of the
-  // Gauss-Newton model vanishes at it.
+  // Problems 2, 16 and 20 have other minima. The constraints of problem 13 have no multipliers at the minimum. In
+  // problem 7, a curvature of the Gauss-Newton model vanishes at the minimum.
   expect_known_minima(any_solver("augmented_lagrangian", true, AugmentedLagrangianOptions{}), {2, 7, 13, 16, 20});
 }
 

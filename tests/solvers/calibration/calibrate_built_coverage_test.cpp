@@ -91,7 +91,8 @@ struct HeavyTails {
   }
 };
 
-/// The maximum likelihood estimate is biased by 8 % even at negligible leverage. Leverage of a fifth must not be worse.
+/// The maximum likelihood estimate is biased by 8 % even at negligible leverage. At a leverage of 1/5, the bias must
+/// not be larger.
 TEST(StatisticalCalibrateBuilt, DegreesOfFreedomAreWithinTheirStandardErrors) {
   constexpr int kSeeds = 20;
   std::vector<Coverage> coverages;
