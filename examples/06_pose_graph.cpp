@@ -35,8 +35,9 @@ void read(std::istream& in, SE2& pose) {
   pose = SE2(SO2(yaw), Vector<2>(x, y));
 }
 
-/// Solves the graph of a file with the first pose fixed, from the poses of the file or from the chordal start, which may
-/// avoid a local minimum, whichever has the lower cost. Information matrices refer to tangent vectors [m, rad].
+/// Solves the graph of a file with the first pose fixed. Starts from the poses of the file or from the chordal start,
+/// whichever has the lower cost. The chordal start may avoid a local minimum. Information matrices refer to tangent
+/// vectors [m, rad].
 template <LieGroup G>
 Summary solve_graph(const std::string& file) {
   const std::string vertex = G::dof == 3 ? "VERTEX_SE2" : "VERTEX_SE3:QUAT";

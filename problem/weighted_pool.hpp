@@ -82,7 +82,7 @@ class WeightedPool : public SoftPoolBase {
 
  private:
   Loss::Value loss_at_point(int i) const;
-  double squared_norm_at_point(int i) const;  // of W r
+  double squared_norm_at_point(int i) const;  // ‖W r‖² at the point
 
   std::vector<double> diagonal_;  // dim() entries per block
   std::vector<int> full_;         // per block: index in matrices_, −1 if W is diagonal

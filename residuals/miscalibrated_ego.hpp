@@ -28,7 +28,7 @@ struct MiscalibratedEgo {
 
   R residual;
   SO3 mount{};       ///< R_bs, sensor in the body
-  ImuDelta ahead{};  ///< from the keyframe to t; the default is t at the keyframe
+  ImuDelta ahead{};  ///< motion from the keyframe to t; the default is t at the keyframe
   Earth earth{};
   Vector<3> rate = Vector<3>::Zero();   ///< ω at t, rad/s
   Vector<3> force = Vector<3>::Zero();  ///< a at t, m/s²
@@ -79,10 +79,10 @@ struct MiscalibratedEgo {
     by_pose *= factor;
     by_velocity *= factor;
     const Square to_then = R_then.inverse().matrix(), unturn = turned.inverse().matrix(), falls = Rt.matrix() * skew(a);
-    RowsBy<dim, X> by_then;  // by the pose at t − τ, before the rotation by A
+    RowsBy<dim, X> by_then;  // derivative by the pose at t − τ, before the rotation by A
     by_then << by_pose.template leftCols<3>() * unturn, by_pose.template rightCols<3>() * unturn;
     const Matrix<dim, 3, S> by_p = by_then.template leftCols<3>() * to_then;  // along the world axes
-    RowsBy<dim, X> by_at;                                                     // by the pose at t
+    RowsBy<dim, X> by_at;                                                     // derivative by the pose at t
     by_at << by_p * Rt.matrix(), by_then.template rightCols<3>() * back.inverse().matrix() -
                                      S(0.5) * tau * tau * by_p * falls + tau * by_velocity * falls;
     const RowsBy<dim, V> by_v = by_velocity - tau * by_p;

@@ -12,7 +12,7 @@ namespace tandem {
 /// Edge of a pose graph; see RelativePose.
 template <LieGroup G>
 struct PoseEdge {
-  int from, to;    ///< in [0, number of poses)
+  int from, to;    ///< indices in [0, number of poses)
   G z;             ///< measured pose of `to` in the frame of `from` [m]
   Gaussian noise;  ///< noise of Log(z⁻¹ from⁻¹ to) [m, rad]
 };

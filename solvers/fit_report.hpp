@@ -29,7 +29,7 @@ struct MeasurementBlock {
 struct WorstMeasurement {
   double t;               ///< s
   std::size_t component;  ///< component of the sensor
-  double residual;        ///< in expected standard deviations
+  double residual;        ///< residual in expected standard deviations
 };
 
 /// Fit of one sensor's measurements.

@@ -99,7 +99,7 @@ class Marginals {
 
   struct Parts {
     std::vector<int> block_of_variable;     // −1 for fixed variables
-    std::vector<VariableHandle> variables;  // by ID; handles never set for unused IDs
+    std::vector<VariableHandle> variables;  // variables by ID; unused IDs have invalid handles
     std::vector<int> first_unknown;         // first unknown of each block
     detail::SelectedInverse inverse;        // inverse of H, with pinned unknowns if H is nearly singular
     double log_determinant = 0;

@@ -19,7 +19,7 @@ struct Workspace {
 
 /// A direction along which the cost is constant, or almost so.
 struct FlatDirection {
-  Eigen::VectorXd v;  ///< of norm 1
+  Eigen::VectorXd v;  ///< direction of norm 1
   /// An unknown that the direction moves. The unknowns of several null directions of the Hessian differ. If they are
   /// fixed, the Hessian becomes regular. −1 for a gauge.
   int unknown = -1;

@@ -131,7 +131,7 @@ class SoftModel {
   Session& session_;
   ChunkedLoop parts_, blocks_;  // over the unknowns, and over the block columns of the Hessian
   Eigen::VectorXd gradient_, trial_gradient_;
-  Eigen::VectorXd hessian_;  // at X̄, or its factor, or at the last trial point
+  Eigen::VectorXd hessian_;  // Hessian at X̄, or its factor, or the Hessian at the last trial point
   bool hessian_is_current_ = false;
   Eigen::VectorXd last_gradient_;  // gradient at the previous X̄
   Eigen::VectorXd scale_;          // curvature of each unknown

@@ -58,7 +58,7 @@ void drop_if(const std::string& sensor, std::vector<T>& lines, Kind kind, const 
 /// fewest lines: if the clock jumps ahead for one line, only this line is dropped.
 template <class T>
 std::vector<bool> increasing(const std::vector<T>& lines) {
-  std::vector<std::size_t> tails;  // by length: last line of the subsequence with the earliest end
+  std::vector<std::size_t> tails;  // per length: last line of the subsequence with the earliest end
   std::vector<std::ptrdiff_t> before(lines.size(), -1);
   for (std::size_t i = 0; i < lines.size(); ++i) {
     const auto at = std::lower_bound(tails.begin(), tails.end(), lines[i].t,

@@ -32,7 +32,7 @@ NavigationProblem make_navigation_problem(const NavigationData& data, const std:
 /// A measurement in the data, with its time of validity.
 struct EgoEvent {
   double t;                   ///< s
-  std::size_t sensor, index;  ///< in NavigationData::sensors, and in EgoSensor::measurements
+  std::size_t sensor, index;  ///< indices in NavigationData::sensors and EgoSensor::measurements
 };
 /// Returns the measurements of all sensors, sorted by time of validity.
 std::vector<EgoEvent> in_time_order(const std::vector<EgoSensor>& sensors);

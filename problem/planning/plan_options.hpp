@@ -13,8 +13,8 @@ namespace tandem {
 /// must stay inside.
 struct Cone {
   double half_angle;                    ///< [rad], above 0 and below π/2
-  SE3 apex{};                           ///< in the frame of the body that carries it
-  Vector<3> point = Vector<3>::Zero();  ///< in the frame of the other body [m]
+  SE3 apex{};                           ///< pose in the frame of the body that carries the apex
+  Vector<3> point = Vector<3>::Zero();  ///< position in the frame of the other body [m]
 };
 
 /// Goals and constraints of a plan. Costs are specified by standard deviations, like measurements: a deviation of one

@@ -131,8 +131,7 @@ class OutlierSearch {
   void search_positions() {
     std::vector<PositionFix> fixes = detail::measured_positions(data_, keyframes_, chaser_), removed;
     const double stiff = detail::target_acceleration_density(data_);
-    // If only two fixes disagree, it is unknown which one is wrong. Without motion noise, there is no limit of the
-    // motion.
+    // If only two fixes disagree, it is unknown which one is wrong. Without motion noise, the motion has no limit.
     if (fixes.size() < 3 || !(stiff > 0)) return;
     set_test_variances(data_, chaser_, fixes);
     const double q = stiff + turning_density(keyframes_, fixes);

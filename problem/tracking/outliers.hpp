@@ -11,7 +11,7 @@ namespace tandem {
 
 /// A measurement that contradicts the others.
 struct Outlier {
-  std::size_t sensor, index;  ///< In TrackingData::sensors, and in TargetSensor::measurements.
+  std::size_t sensor, index;  ///< Indices in TrackingData::sensors and TargetSensor::measurements.
   double sigmas;              ///< Distance from the value expected from the others, in standard deviations.
   /// The measurement is unrelated to the target: it deviates by 100 sigmas of its noise or, as a direction, by 45°.
   bool gross;

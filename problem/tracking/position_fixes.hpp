@@ -12,7 +12,7 @@ namespace tandem::detail {
 
 /// A measurement that has a keyframe and is not held out.
 struct UsableMeasurement {
-  std::size_t sensor, index;  ///< in TrackingData::sensors, and in TargetSensor::measurements
+  std::size_t sensor, index;  ///< indices in TrackingData::sensors and TargetSensor::measurements
   std::size_t keyframe;
 };
 

@@ -21,7 +21,7 @@ struct TrackingBuild;
 
 /// Location of a measurement in the data and among the keyframes.
 struct Placing {
-  std::size_t sensor, index;         ///< in TrackingData::sensors, and in TargetSensor::measurements
+  std::size_t sensor, index;         ///< indices in TrackingData::sensors and TargetSensor::measurements
   std::size_t keyframe;              ///< last keyframe at or before the measurement
   std::optional<double> fraction{};  ///< fraction of the interval to the next keyframe; nullopt: at the keyframe
 };

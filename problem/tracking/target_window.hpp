@@ -90,7 +90,7 @@ class TargetWindow {
   PointForecastStart<G> point_forecast_start(const JointCovariance& covariance) const;
 
   Problem& problem_;
-  TrackingData data_;  // with the measurements in the window, for initial_guess()
+  TrackingData data_;  // data with the measurements in the window, for initial_guess()
   TrackingOptions options_;
   TrackingProblem out_;
   TrackingBuild<G> build_;

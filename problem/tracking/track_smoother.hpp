@@ -17,7 +17,7 @@ struct PositionFix {
   std::size_t keyframe;
   Vector<3> position;                 ///< world [m]
   double variance;                    ///< along each axis [m²]
-  std::size_t sensor = 0, index = 0;  ///< in TrackingData::sensors, and in TargetSensor::measurements
+  std::size_t sensor = 0, index = 0;  ///< indices in TrackingData::sensors and TargetSensor::measurements
 };
 
 /// Smooths at least one fix, in keyframe order, with a Kalman filter and a Rauch-Tung-Striebel smoother. The model is

@@ -23,7 +23,7 @@ struct TrackingBuild {
   const TrackingOptions& options;
   Problem& problem;
   TrackingProblem& out;
-  std::vector<SE3> odometry;  ///< at the keyframes
+  std::vector<SE3> odometry;  ///< odometry at the keyframes
   TargetGuess guess;
   std::vector<Variable<G>> chaser{};
   std::vector<State> target{};

@@ -124,7 +124,7 @@ struct TargetState {
 
 /// A measurement in the problem.
 struct PlacedMeasurement {
-  std::size_t sensor, index;  ///< in TrackingData::sensors, and in TargetSensor::measurements
+  std::size_t sensor, index;  ///< indices in TrackingData::sensors and TargetSensor::measurements
   std::size_t keyframe;
   std::optional<Block> block;                  ///< none for held-out measurements and gross outliers
   std::optional<Block> orientation, position;  ///< separate residuals of a pose measurement
@@ -140,7 +140,7 @@ struct PlacedMeasurement {
 /// of a factor e on the scale of the track. If the chaser manoeuvres, the data outweigh it; range_is_observable() tells
 /// (solvers/assumed_range.hpp).
 struct AssumedRange {
-  Block block;                   ///< at the first bearing
+  Block block;                   ///< block at the first bearing
   std::size_t sensor, keyframe;  ///< sensor and keyframe of the first bearing
 };
 

@@ -389,7 +389,7 @@ class Search {
   Evidence::Value current_;
   Eigen::MatrixXd curvature_;                                   // −∂² log p by the log factors
   std::map<Eigen::Index, double> given_value_;                  // profile evidence with one factor as given
-  Evidence::Value last_;                                        // at the last trial point
+  Evidence::Value last_;                                        // evidence at the last trial point
   std::pair<double, Eigen::VectorXd> best_seen_{HUGE_VAL, {}};  // the best point of profile_at()
   Calibration out_;
 };

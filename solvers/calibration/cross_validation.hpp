@@ -18,7 +18,7 @@ struct HeldOutMeasurement {
 /// A held-out measurement compared with its prediction from all other folds.
 struct HeldOutPrediction {
   std::size_t fold, index;     ///< position in the folds
-  Eigen::VectorXd residual;    ///< in the measurement's units
+  Eigen::VectorXd residual;    ///< residual in the measurement's units
   Eigen::MatrixXd covariance;  ///< covariance of the residual: prediction plus noise
   /// log_density() under the loss of the block. If calibration changed the loss, includes the difference of
   /// log_constant().

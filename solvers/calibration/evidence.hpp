@@ -20,7 +20,7 @@ class Evidence {
 
   struct Value {
     double log_evidence = 0;
-    Eigen::VectorXd gradient;  ///< by the log factors
+    Eigen::VectorXd gradient;  ///< derivative by the log factors
     /// Degrees of freedom of each group, n − Σ ρ′ J Σ Jᵀ, with n the counted rows and Σ corrected for Student's t. In a
     /// group without measurements, the trace under the priors alone replaces n.
     Eigen::VectorXd effective_rows;

@@ -34,9 +34,9 @@ void report_range(TrackingProblem& tracking, const Stop& stop, Summary& summary)
 
 /// Solves a tracking problem, searches for better headings, and solves again if a gap has improved.
 ///
-/// With `graduated`, the first solve is solve_graduated(). The summary is that of the last solve, with the sums of
-/// iterations and times of the whole solves. Limits apply to all solves together, including the search. If the search
-/// is cut short, the status is `time_limit` or `interrupted`.
+/// With `graduated`, the first solve is solve_graduated(). The summary is that of the last solve. Its iterations and
+/// times are sums over all solves of the whole problem. Limits apply to all solves together, including the search. If
+/// the search is cut short, the status is `time_limit` or `interrupted`.
 template <std::derived_from<SolverOptions> Options>
 Summary solve_tracking(TrackingProblem& tracking, const Options& options, bool graduated = false) {
   const Stop stop(options);

@@ -144,7 +144,7 @@ class BlockCholesky {
   // Two independent halves and their separator. Without a separator, only the last part is used.
   std::array<Section, 3> parts_;
   std::vector<int> separator_columns_;  // block columns of the halves with rows in the separator
-  std::vector<int> below_start_;        // of each block column
+  std::vector<int> below_start_;        // per block column
   std::vector<int> below_separator_;    // first row run in the separator, or the end
   std::vector<Below> below_;
   std::vector<int> update_start_;

@@ -15,7 +15,7 @@ struct ConstrainedFront;
 
 /// Linear equations A x = 0 as triplets. Rows of zeros are ignored.
 struct LinearEquations {
-  std::vector<int> row, column;  ///< in any order; duplicates are summed
+  std::vector<int> row, column;  ///< entries in any order; duplicates are summed
   std::vector<double> value;
   int num_rows = 0;
 };

@@ -77,7 +77,7 @@ class MotionHypotheses {
   /// The state of all filters at the oldest stored time.
   struct Checkpoint {
     double t;                     ///< s
-    std::vector<double> numbers;  ///< in the format of restore()
+    std::vector<double> numbers;  ///< numbers in the format of restore()
   };
   /// Returns a checkpoint. Requires started().
   Checkpoint checkpoint() const;
@@ -109,7 +109,7 @@ class MotionHypotheses {
     std::optional<Filter> course;
     double log_evidence = 0;  // relative to the other noise scales
 
-    double log_weight() const;  // of the sum of both
+    double log_weight() const;  // log weight of the sum of both
   };
   using State = std::array<Pair, kScales.size()>;
   struct Instant {

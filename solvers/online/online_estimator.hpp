@@ -35,8 +35,8 @@ std::string why_hypotheses_unsupported(const TrackingData& tracking, bool by_odo
 
 /// The position of a target relative to the chaser.
 struct RelativeTarget {
-  Vector<3> position;                        ///< in the chaser's body [m]
-  std::optional<Matrix<3, 3>> covariance{};  ///< in the same axes [m²]
+  Vector<3> position;                        ///< position in the chaser's body [m]
+  std::optional<Matrix<3, 3>> covariance{};  ///< covariance along the same axes [m²]
 };
 
 /// One update of the window, caused by a new keyframe with its measurements, or by a late measurement of the target.

@@ -107,7 +107,7 @@ class OnlineWindow {
   TargetState target_from_hypotheses(double h) const;
   std::optional<Matrix<3, 3>> relative_covariance() const;
   struct Forecast {
-    TargetState state;        // in the world
+    TargetState state;        // state in the world
     Matrix<3, 3> covariance;  // covariance of the position relative to the newest chaser pose
   };
   std::optional<Forecast> forecast(double h) const;

@@ -37,7 +37,7 @@ enum class KeepReason {
 /// A calibrated standard deviation, time constant or number of degrees of freedom.
 struct CalibratedParameter {
   std::string name;  ///< "usbl.x"
-  double given = 0;  ///< in the units of the scenario files
+  double given = 0;  ///< given value in the units of the scenario files
   CalibratedNoise result;
   KeepReason keep_reason = KeepReason::none;  ///< if not none, result.factor is 1
 

@@ -8,7 +8,7 @@
 namespace tandem {
 namespace {
 
-constexpr double kMaxSegment = 10.0;  // longest segment [s]: tests predictions across gaps as well as nearby ones
+constexpr double kMaxSegment = 10.0;  // longest segment [s]; covers predictions across gaps as well as short ones
 
 /// Returns the time of the first measurement and the length of the segments [s].
 std::pair<double, double> segments_of(const CalibrationProblem& built, int n) {

@@ -29,7 +29,7 @@ struct CompareRequest {
   std::optional<std::size_t> dense_keyframes;
   bool full = false;
   Output output;
-  std::string one, line;  ///< in the subprocess of one solve: the solve, and the start of its progress line
+  std::string one, line;  ///< for the subprocess of one solve: the solve, and the start of its progress line
 };
 
 /// Returns the constraints that the options name. Without any: no sway, no heave, and surge ≥ 0.

@@ -51,8 +51,8 @@ std::string take_config(std::vector<std::string>& words) {
   return {};
 }
 
-/// Makes an existing relative path absolute. A name of something built in is not a path, even if there is a folder of
-/// that name where the option takes a file.
+/// Makes an existing relative path absolute. The name of a built-in scenario, study or vehicle is not a path, even if a
+/// folder has this name and the option takes a file.
 std::string located(const OptionInfo& option, const std::string& value) {
   const auto takes = [&](const char* word) { return option.takes.find(word) != std::string::npos; };
   std::error_code error;

@@ -149,7 +149,7 @@ std::string report(const Estimate& estimate) {
   std::string text = fmt::format("{}, {}: {} keyframes, {} residual blocks", estimate.scenario, model_line(estimate),
                                  estimate.keyframes.size(), estimate.residual_blocks);
   if (estimate.hard_blocks > 0) text += fmt::format(", {} hard constraints", estimate.hard_blocks);
-  constexpr double kWide = 1e12;  // from which further digits have no meaning
+  constexpr double kWide = 1e12;  // larger costs have no meaningful decimals
   text += fmt::format(
       "\n{}: {}, cost {} (from {:.6g}), {} iterations, {} evaluations, {:.3f} s\n", summary.solver,
       name(summary.status),

@@ -86,7 +86,7 @@ KeyframeUncertainty at_keyframe(const SE3& chaser, const TargetState& target, co
   return u;
 }
 
-/// Gives the components of a position an infinite variance that change along `sight`.
+/// Gives an infinite variance to the components of a position that change along `sight`.
 void add_unknown_range(const Vector<3>& sight, Eigen::Ref<Eigen::MatrixXd> covariance) {
   constexpr double kRounding = 1e-9;
   for (Eigen::Index i = 0; i < 3; ++i) {

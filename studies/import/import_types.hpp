@@ -28,7 +28,7 @@ struct ImportType {
   std::string_view name;
   std::vector<ImportPart> parts;
   std::string_view columns;  ///< header of the file; empty for a TUM file
-  std::string_view file;     ///< fixed file name; empty: NAME.csv
+  std::string_view file;     ///< fixed file name; if empty, NAME.csv
   std::string_view sigma;    ///< standard deviations if neither the map nor the data state them
 };
 

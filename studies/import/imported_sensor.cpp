@@ -305,7 +305,7 @@ bool ImportedSensor::append_orientation(ImportPart part, const RecordedRow& row,
       if (!std::isfinite(target[i])) return drop_missing(fields, t);
     }
   }
-  if (!given) {  // only of truth, whose orientation is optional
+  if (!given) {  // possible for truth only, whose orientation is optional
     row_.insert(row_.end(), {0, 0, 0, 1});
     return true;
   }

@@ -97,7 +97,7 @@ JsonFields<ScenarioInspection> inspection_fields() {
                     .add("first", "time of the first row [s]", [time](const S& s) { return time(s, false); })
                     .add("last", "time of the last row [s]", [time](const S& s) { return time(s, true); })
                     .add("rate_hz", "mean rate [Hz]", [](const S& s) { return rate_of(s); })
-                    .add("gaps", "number of gaps: intervals of 5 s or more, and of 10 times the median",
+                    .add("gaps", "number of gaps: intervals of at least 5 s and at least 10 times the median",
                          [](const S& s) { return gaps_of(s).count; })
                     .add("longest_gap", "longest gap [s]", [](const S& s) { return gaps_of(s).longest; })
                     .add_map("ranges", "COLUMN", "smallest and largest value of each column",

@@ -22,7 +22,7 @@ struct StateRow {
   std::optional<SO3> orientation;
   Vector<3> velocity;
   OptionalVector accelerometer_bias, gyroscope_bias;
-  Eigen::MatrixXd covariance;  ///< of the pose; may be empty
+  Eigen::MatrixXd covariance;  ///< covariance of the pose; may be empty
   OptionalVector velocity_sigma, accelerometer_bias_sigma, gyroscope_bias_sigma;
 };
 

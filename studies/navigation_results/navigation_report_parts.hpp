@@ -11,7 +11,7 @@ namespace tandem {
 
 /// A row of the table of errors.
 struct NavigationErrorRow {
-  std::string name, key;  ///< in tables, and in JSON
+  std::string name, key;  ///< name in tables, key in JSON
   NavigationErrorSummary errors;
 };
 

@@ -15,7 +15,7 @@ namespace tandem {
 namespace {
 
 constexpr int kMaxActuators = 8;
-constexpr double kMaxMagnitude = 1e15;  // in any unit: above any real vehicle, and its powers do not overflow
+constexpr double kMaxMagnitude = 1e15;  // limit in any unit: exceeds any real vehicle, and its powers do not overflow
 
 /// Converts vectors, twists, wrenches and the matrices between them from the axes of a file to FLU.
 struct Axes {

@@ -38,7 +38,7 @@ struct MessageMember {
   std::shared_ptr<const MessageType> message{};  ///< for Primitive::message
   Array array = Array::none;
   std::size_t length = 0;  ///< length of a fixed array, or of Primitive::chars
-  double factor = 1;       ///< on numbers
+  double factor = 1;       ///< factor on numbers
   std::string unit{};      ///< stated unit after `factor`
 };
 

@@ -17,7 +17,7 @@ struct StudyProgress {
   std::size_t done = 0, all = 0;  ///< trials, including those of earlier runs
   std::size_t failed = 0;         ///< trials of this run that were rejected or did not converge
   double rate = 0;                ///< trials per second in this run
-  double seconds_left = 0;        ///< at that rate
+  double seconds_left = 0;        ///< time left at that rate
 };
 
 struct StudyRunOptions {

@@ -34,8 +34,9 @@ std::string valid_snapshot() {
 
 }  // namespace
 
-// The snapshot of a track. The header and its checksum are always right. The first byte selects what the others are:
-// changes of single bytes of a valid document (three bytes each: two of the place, and the new one), or the document.
+// The snapshot of a track. The header and its checksum are always right. The first byte selects the meaning of the
+// others: changes of single bytes of a valid document, or the whole document. A change has three bytes: two for the
+// place and one for the new value.
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   static const std::string valid = valid_snapshot();
   static const std::string kind_line = valid.substr(0, valid.find('\n') + 1);

@@ -67,8 +67,8 @@ std::string small_database(const fs::path& folder) {
 
 }  // namespace
 
-// The database of a study. The first byte selects what the others are: rows, changes of single bytes of a valid file
-// (four bytes each: three of the place, and the new one), or the file.
+// The database of a study. The first byte selects the meaning of the others: rows, changes of single bytes of a valid
+// file, or the whole file. A change has four bytes: three for the place and one for the new value.
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   static const Folder folder;
   static const std::string valid = small_database(folder.path);

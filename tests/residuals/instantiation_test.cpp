@@ -74,7 +74,7 @@ void check_apart(const R& residual) {
   EXPECT_LT(report.relative, std::max(1e-6, report.resolution)) << type_name(typeid(R)) << ": " << report.text;
 }
 
-/// Checks make(type R<G>) for each group with which R<G> is a residual.
+/// Checks make(type R<G>) for each group for which R<G> is a residual.
 template <template <class> class R, class... Gs, class Make>
 void each(Groups<Gs...>, Make make) {
   const auto one = [&]<class G>(std::type_identity<G>) {
@@ -89,7 +89,7 @@ void each(Groups<Gs...>, Make make) {
 template <class G>
 constexpr bool is_rotation = std::same_as<G, SO2> || std::same_as<G, SO3>;
 
-/// Checks make(type R<A, B>) for each two groups with which R<A, B> is a residual.
+/// Checks make(type R<A, B>) for each pair of groups for which R<A, B> is a residual.
 template <template <class, class> class R, class Make>
 void each_pair(Make make) {
   const auto with_second = [&]<class A, class... Bs>(std::type_identity<A>, Groups<Bs...>) {
