@@ -28,8 +28,8 @@ struct Damping {
   }
 };
 
-/// Curvature of an unknown, relative to the largest one of the same variable, that may be the square of a Jacobian's
-/// rounding error.
+/// Relative curvature that may be the square of a Jacobian's rounding error. It is the curvature of an unknown, divided
+/// by the largest curvature of the same variable.
 inline constexpr double kRoundingCurvature = 1e-20;
 
 /// Returns the addition to a diagonal entry of the Hessian. `scale` is the curvature of the cost. `diagonal` is that of

@@ -36,7 +36,8 @@ bool ipopt_available();
 
 /// Returns the reason why this solver does not support the problem, or "". Throws Error if an option is invalid.
 std::string why_unsupported(const Problem& problem, const IpoptOptions& options);
-/// Solves the problem; its variables get the best point found. `unsupported` if why_unsupported() gives a reason.
+/// Solves the problem; its variables get the best point found. If why_unsupported() gives a reason, the status is
+/// `unsupported`.
 Summary solve(Problem& problem, const IpoptOptions& options);
 
 }  // namespace tandem

@@ -20,7 +20,8 @@ class Solver {
   /// Options of the next solve; a change of `secant_pairs` has no effect after the first one. With `from_multipliers`,
   /// a solve starts with the multipliers of the last one.
   AugmentedLagrangianOptions& options() { return options_; }
-  /// Solves the problem; its variables get the best point found. `unsupported` if why_unsupported() gives a reason.
+  /// Solves the problem; its variables get the best point found. If why_unsupported() gives a reason, the status is
+  /// `unsupported`.
   Summary solve();
   int analyses() const { return analyses_; }
 

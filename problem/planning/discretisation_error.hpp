@@ -8,7 +8,7 @@ namespace tandem {
 /// instants of the plan.
 struct DiscretisationError {
   double position = 0.0;  ///< m
-  double heading = 0.0;   ///< direction of the body's x axis in the horizontal plane [rad], from 0 to π
+  double heading = 0.0;   ///< angle between the horizontal directions of the body's x axis [rad], from 0 to π
 };
 
 /// Returns the discretisation error of a plan with steps of `dt` [s] in a current [m/s] along the world axes.

@@ -42,8 +42,8 @@ struct VehicleModel : VehicleBody {
 };
 
 /// Returns an empty string or the reason why the body is invalid. The mass matrix must be symmetric positive definite.
-/// The symmetric part of the damping at |νᵢ| = 1, linear + quadratic + lift, must be positive definite, and that of
-/// each term positive semidefinite.
+/// The damping at |νᵢ| = 1 is linear + quadratic + lift. Its symmetric part must be positive definite. The symmetric
+/// part of each term must be positive semidefinite.
 std::string why_invalid(const VehicleBody& body);
 
 }  // namespace tandem

@@ -208,7 +208,8 @@ void MotionHypotheses::begin_course(Pair& pair) const {
   pair.course = course;
 }
 
-/// Updates all filters with a fix, and their weights: with forgetting within a pair, without between noise scales.
+/// Updates all filters and their weights with a fix. Weights within a pair are updated with forgetting, weights of
+/// noise scales without.
 void MotionHypotheses::apply(State& state, const TargetFix& fix) const {
   double best = -HUGE_VAL;
   for (Pair& pair : state) {

@@ -23,8 +23,8 @@ constexpr double kReliableViolation = 1e-3;               // Violation below whi
 constexpr int kMaxCurvatureDelay = 10;                    // Iterations after which multipliers are used in any case.
 constexpr double kIndefiniteFactor = 10;                  // Growth of the damping while the Hessian is indefinite.
 constexpr double kMaxIndefiniteDamping = 1e8;             // Limit of this damping.
-constexpr double kLargeDecrease = 0.1, kSmallDecrease = 0.5;      // Violation after over before a step.
-constexpr double kDampingDecrease = 0.5, kDampingIncrease = 3.0;  // Factors of the damping after these.
+constexpr double kLargeDecrease = 0.1, kSmallDecrease = 0.5;      // Ratio of the violations after and before a step.
+constexpr double kDampingDecrease = 0.5, kDampingIncrease = 3.0;  // Factors of the damping for these ratios.
 constexpr double kWarmDampingDecrease = 0.1;                      // Factor of the damping near a solution.
 constexpr double kMinFraction = 1.0 / 64.0;                       // Minimum fraction of a step.
 constexpr double kRestorationTarget = 0.5;     // Ratio of the violations after and before a restoration.

@@ -180,7 +180,8 @@ ImportMap known_import_map(const Recording& recording) {
     try {
       ImportSensor sensor = read_import_entry({name, nullptr, &known, nullptr, &stream});
       if (const auto other = competitor(result, *sensor.type))
-        skip(fmt::format("{} is the {} already; name one in a map", result.sensors[*other].stream, sensor.type->name));
+        skip(fmt::format("{} already gives the {}; select one of them in a map (--map)", result.sensors[*other].stream,
+                         sensor.type->name));
       else
         result.sensors.push_back(std::move(sensor));
     } catch (const Error& error) {  // a version of the message with other fields

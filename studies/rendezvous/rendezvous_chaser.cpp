@@ -164,7 +164,8 @@ TargetBelief RendezvousChaser<N>::target_belief(const Matrix<12, 12>& joint, con
   TargetBelief b;
   b.now = pose(ahead);
   b.before = b.now * (b.now.inverse() * pose(ahead + 1.0)).inverse();
-  // Covariance relative to the chaser, δT − Ad(T⁻¹ C) δC. The pose one second before adds the process noise.
+  // Covariance relative to the chaser, δT − Ad(T⁻¹ C) δC. The covariance of the pose one second before also includes
+  // the process noise.
   Matrix<6, 12> J;
   J << -(b.now.inverse() * chaser).Ad(), Matrix<6, 6>::Identity();
   const Matrix<6, 6> S = J * joint * J.transpose();

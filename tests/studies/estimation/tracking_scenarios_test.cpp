@@ -22,8 +22,8 @@ TEST(RecordedTracking, MatchesKeyframesAndBlocksOfReference) {
   }
 }
 
-/// Expects that both solvers for hard constraints converge to feasible points of the same cost on all scenarios, which
-/// is not below the cost without constraints. Costs are not compared for the scenarios `other_minima`, which have
+/// Expects that both solvers for hard constraints converge to feasible points of the same cost on all scenarios. This
+/// cost is not below the cost without constraints. Costs are not compared for the scenarios `other_minima`, which have
 /// several minima under these constraints.
 void expect_feasible(const TrackingOptions& options, const std::set<std::string>& other_minima = {}) {
   for (const Reference& c : references()) {
