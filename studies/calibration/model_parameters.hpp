@@ -15,11 +15,11 @@ namespace tandem {
 /// ("twist_time.x"), the correlation time of a sensor's error ("lidar.time"), or the degrees of freedom of a loss
 /// ("usbl.dof").
 struct ModelParameter {
-  std::string name, entry;                     ///< "twist_time.x" and "twist_time"
-  std::size_t component = 0;                   ///< index in the entry, in the order of the files
-  double given = 0;                            ///< given value
-  bool time = true;                            ///< whether it is a time [s]; else degrees of freedom
-  std::function<void(Scenario&, double)> set;  ///< sets the value in any scenario that has the parameter
+  std::string name, entry;                     ///< "twist_time.x" and "twist_time".
+  std::size_t component = 0;                   ///< Index in the entry, in the order of the files.
+  double given = 0;                            ///< Given value.
+  bool time = true;                            ///< Whether it is a time [s]; else degrees of freedom.
+  std::function<void(Scenario&, double)> set;  ///< Sets the value in any scenario that has the parameter.
 };
 
 /// Removes the names of model parameters from `free` and returns these parameters in the order of a noise file. Throws

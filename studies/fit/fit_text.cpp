@@ -59,31 +59,31 @@ JsonFields<FitReport> fit_fields() {
                          .add("component", "component of the sensor", [](const NamedWorst& w) { return w.component; })
                          .add("residual", "residual in expected standard deviations",
                               [](const NamedWorst& w) { return w.worst.residual; });
-  const auto sensor = JsonFields<SensorFit>()
-                          .add("used", "number of measurements used", [](const SensorFit& s) { return s.used; })
-                          .add("rejected", "number rejected since they contradict the others",
-                               [](const SensorFit& s) { return s.rejected; })
-                          .add("down_weighted", "number that the robust loss gives a weight below 0.5",
-                               [](const SensorFit& s) { return s.down_weighted; })
-                          .add("expected_down_weighted", "expectation of down_weighted if the noise is as stated",
-                               [](const SensorFit& s) { return s.expected_down_weighted; })
-                          .add_map("components", "COMPONENT",
-                                   "standardised residuals of the measurements that are not down-weighted", series,
-                                   [](const SensorFit& s) {
-                                     std::vector<std::pair<std::string, NamedSeries>> all;
-                                     for (std::size_t c = 0; c < s.series.size(); ++c)
-                                       all.emplace_back(s.components[c], NamedSeries(s.components[c], s.series[c]));
-                                     return all;
-                                   })
-                          .add_list("worst", "the five measurements with the largest residuals", worst,
-                                    [](const SensorFit& s) {
-                                      std::vector<NamedWorst> all;
-                                      for (const WorstMeasurement& w : s.worst)
-                                        all.push_back({s.components[w.component], w});
-                                      return all;
-                                    })
-                          .add("misfit", "how the residuals contradict the stated noise; empty if they do not",
-                               [](const SensorFit& s) { return s.misfit(); });
+  const auto sensor =
+      JsonFields<SensorFit>()
+          .add("used", "number of measurements used", [](const SensorFit& s) { return s.used; })
+          .add("rejected", "number rejected since they contradict the others",
+               [](const SensorFit& s) { return s.rejected; })
+          .add("down_weighted", "number that the robust loss gives a weight below 0.5",
+               [](const SensorFit& s) { return s.down_weighted; })
+          .add("expected_down_weighted", "expected number of down-weighted measurements if the noise is as stated",
+               [](const SensorFit& s) { return s.expected_down_weighted; })
+          .add_map("components", "COMPONENT", "standardised residuals of the measurements that are not down-weighted",
+                   series,
+                   [](const SensorFit& s) {
+                     std::vector<std::pair<std::string, NamedSeries>> all;
+                     for (std::size_t c = 0; c < s.series.size(); ++c)
+                       all.emplace_back(s.components[c], NamedSeries(s.components[c], s.series[c]));
+                     return all;
+                   })
+          .add_list("worst", "the five measurements with the largest residuals", worst,
+                    [](const SensorFit& s) {
+                      std::vector<NamedWorst> all;
+                      for (const WorstMeasurement& w : s.worst) all.push_back({s.components[w.component], w});
+                      return all;
+                    })
+          .add("misfit", "how the residuals contradict the stated noise; empty if they do not",
+               [](const SensorFit& s) { return s.misfit(); });
   return JsonFields<FitReport>()
       .add("consistent", "whether cost and residuals agree with the stated noise",
            [](const FitReport& f) { return f.consistent(); })

@@ -27,7 +27,7 @@ struct TrialPlace {
 /// A grid of parameters × motion models × solvers × seeds, read from a YAML file:
 ///
 ///     name: gaps
-///     question: How fast do errors grow while nothing is measured?
+///     question: How fast do errors grow in gaps without measurements?
 ///     simulation: docking                                        # optional: or dive
 ///     parameters: {minutes: 20, blind: 0, gap: [5, 20, 60]}      # a value, or a list: an axis of the grid
 ///     models: [constant-twist, mode-b, non-holonomic:hard]       # as in `tandem models`; need a target
