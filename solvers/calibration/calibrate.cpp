@@ -292,8 +292,7 @@ class Search {
                               [&](double log_factor) { return profile_at(g, log_factor); });
   }
   /// Resets the free factors that are not identifiable to the given value and fixes them. Returns whether there were
-  /// any. With `final_check`, the factors are at their estimates. Factors whose data curvature is sufficient are then
-  /// identifiable without further tests.
+  /// any. With `final_check`, the factors are at their estimates, and a sufficient data curvature skips the test.
   bool fix_unidentifiable(bool final_check) {
     bool any = false;
     for (const Eigen::Index g : free()) {

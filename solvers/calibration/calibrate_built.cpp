@@ -177,8 +177,7 @@ class BuiltSearch {
     return profile_point(i, x, point, evidence_.derivatives(with(i, x), point, i).first);
   }
   /// Resets the free parameters that are not identifiable to the given value and fixes them. Returns whether there were
-  /// any. With `final_check`, the parameters are at their estimates. Parameters whose data curvature is sufficient are
-  /// then identifiable without further tests.
+  /// any. With `final_check`, the parameters are at their estimates, and a sufficient data curvature skips the test.
   bool fix_unidentifiable(bool final_check) {
     bool any = false, failed = false;
     for (const Eigen::Index i : free()) {
