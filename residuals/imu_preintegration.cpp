@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <cmath>
 
 #include <tandem/lie/coefficients.hpp>
@@ -7,6 +8,18 @@
 namespace tandem {
 
 namespace {
+
+/// Rates of change of the specific force [m/s³] and of the angular rate [rad/s²] that interpolation may miss.
+constexpr double kMissedJerk = 5, kMissedAngularAcceleration = 1;
+
+/// Returns the noise of samples that are interpolated across a gap. A rate of change c that interpolation misses causes
+/// an error of c T²/2 over a gap of T seconds, which white noise with a root density of c T^1.5 / 2 has, too.
+ImuNoise interpolation_noise(ImuNoise noise, double gap) {
+  const double half = 0.5 * gap * std::sqrt(gap);
+  noise.accelerometer = std::max(noise.accelerometer, kMissedJerk * half);
+  noise.gyroscope = std::max(noise.gyroscope, kMissedAngularAcceleration * half);
+  return noise;
+}
 
 /// Returns (dE/dθ)/θ, with E of AngleCoefficients.
 double E_slope(double theta2, const AngleCoefficients<double>& k) {
@@ -134,8 +147,11 @@ void ImuPreintegrator::add_noise(const Vector<3>& moved, const Vector<3>& gained
 void ImuPreintegrator::integrate(const ImuSample& from, const ImuSample& to) {
   const double dt = to.t - from.t;
   if (!(dt > 0.0)) throw BadInputError("IMU preintegration: the times of the samples must increase");
+  const ImuNoise given = noise_;
+  if (to.gap > 0) noise_ = interpolation_noise(given, to.gap);
   integrate(0.5 * (from.specific_force + to.specific_force), 0.5 * (from.angular_rate + to.angular_rate), dt,
             (to.angular_rate - from.angular_rate) / dt);
+  noise_ = given;
 }
 
 Matrix<15, 15> ImuPreintegrator::covariance() const {

@@ -9,6 +9,9 @@ struct ImuSample {
   double t;                  ///< s
   Vector<3> specific_force;  ///< m/s²; at rest it points upwards with the magnitude of gravity
   Vector<3> angular_rate;    ///< rad/s
+  /// Time since the previous sample if samples between them were discarded as not physical [s], else 0. The motion in
+  /// such a gap is interpolated, with an uncertainty that grows with its length.
+  double gap = 0;
 };
 
 /// Noise of an inertial sensor: root spectral densities of the white noise and of the random walks of the biases.
@@ -46,7 +49,8 @@ class ImuPreintegrator {
   void integrate(const Vector<3>& specific_force, const Vector<3>& angular_rate, double dt,
                  const Vector<3>& angular_acceleration = Vector<3>::Zero());
   /// Adds the interval between two samples, with the mean of their measurements. The angular acceleration is the
-  /// difference of their rates over time. Throws Error unless from.t < to.t.
+  /// difference of their rates over time. Within a gap (ImuSample::gap), the noise is that of interpolated samples.
+  /// Throws Error unless from.t < to.t.
   void integrate(const ImuSample& from, const ImuSample& to);
 
   const ImuDelta& delta() const { return delta_; }

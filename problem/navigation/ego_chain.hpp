@@ -73,6 +73,7 @@ struct PlacedEgoMeasurement {
   /// Block of a new bias state, if the measurement added one: its prior, or the Gauss–Markov step from the previous
   /// state.
   std::optional<Block> bias_block{};
+  std::size_t index = 0;  ///< in EgoSensor::measurements; set by make_navigation_problem()
 };
 
 /// Chain of the chaser's keyframes in a problem, for a whole recording or for data that arrive one by one.

@@ -44,6 +44,8 @@ ImuSample ImuRecord::at(std::deque<ImuSample>::const_iterator next, double t) co
     const double s = (t - before.t) / (next->t - before.t);
     result.specific_force = before.specific_force + s * (next->specific_force - before.specific_force);
     result.angular_rate = before.angular_rate + s * (next->angular_rate - before.angular_rate);
+  } else {
+    result.gap = 0;  // held, not interpolated
   }
   result.t = t;
   return result;

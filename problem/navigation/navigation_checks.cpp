@@ -4,8 +4,10 @@
 #include <functional>
 
 #include <tandem/lie/error.hpp>
+#include <tandem/problem/navigation/imu_screen.hpp>
 #include <tandem/problem/navigation/navigation_checks.hpp>
 #include <tandem/problem/navigation/navigation_plausibility.hpp>
+#include <tandem/problem/navigation/reading_screen.hpp>
 #include <tandem/problem/quantile.hpp>
 
 namespace tandem {
@@ -16,11 +18,9 @@ using Kind = NavigationFinding::Kind;
 // A stuck IMU axis repeats one value for more than this time and at least this many samples.
 constexpr double kStuckDuration = 1.0;  // s
 constexpr std::size_t kStuckSamples = 20;
-constexpr std::size_t kStuckLines = 10;  // Repeated lines of another sensor that is stuck.
-constexpr double kMaxRepeat = 5.0;       // s; normal duration of a repeated value, if EgoSensorTraits::may_repeat.
 // A run of equal values is unusual if it exceeds this multiple of the mean run length, which quantisation determines.
-constexpr double kImuRunRatio = 20.0, kOtherRunRatio = 8.0;
-constexpr std::size_t kClippedRun = 5;  // Consecutive samples at the largest magnitude that indicate saturation.
+constexpr double kImuRunRatio = 20.0;
+constexpr std::size_t kClippedRun = 5;  // consecutive samples at the largest magnitude that indicate saturation
 // Smallest ranges of sensors on the market: 2 g and 125 °/s.
 constexpr double kMinForceRange = 19.0;  // m/s²
 constexpr double kMinRateRange = 2.1;    // rad/s
@@ -184,21 +184,36 @@ void check_gaps(const ImuSensor& imu, std::vector<NavigationFinding>& findings) 
   findings.insert(findings.end(), gaps.begin(), gaps.end());
 }
 
-/// Drops the repeated lines of a sensor that is stuck.
-void drop_stuck(EgoSensor& sensor, std::vector<NavigationFinding>& findings) {
-  const auto& m = sensor.measurements;
-  const Runs runs(m.size(), [&](std::size_t i, std::size_t j) {
-    return m[i].value == m[j].value && m[i].rotation.quaternion().coeffs() == m[j].rotation.quaternion().coeffs();
-  });
-  std::vector<bool> stuck(m.size(), false);
-  for (const auto& [begin, end] : runs.all) {
-    const bool at_rest = sensor.type->reading != EgoReading::orientation && m[begin].value.isZero(0);
-    if (end - begin < kStuckLines || !runs.unusual(end - begin, kOtherRunRatio) || at_rest) continue;
-    // A vehicle can keep exactly the same depth for a while, but not the same velocity or heading.
-    if (sensor.type->may_repeat && (runs.all.size() == 1 || m[end - 1].t - m[begin].t < kMaxRepeat)) continue;
-    std::fill(stuck.begin() + std::ptrdiff_t(begin) + 1, stuck.begin() + std::ptrdiff_t(end), true);
+/// Drops the lines of a sensor whose values are not believed.
+void drop_implausible(EgoSensor& sensor, std::vector<NavigationFinding>& findings) {
+  const ScreenedByFault found = screen(sensor.measurements, screen_options(sensor),
+                                       [&](const EgoMeasurement& m) { return reading(sensor.type, m); });
+  for (int i = 0; i < kReadingFaults; ++i)
+    if (const ScreenedLines& lines = found[std::size_t(i)]; lines.count > 0)
+      findings.push_back(
+          {Kind::implausible, sensor.name, lines.count, lines.from, lines.to, std::string(text(ReadingFault(i)))});
+}
+
+/// Drops the samples of an IMU that are not physical.
+void drop_implausible(ImuSensor& imu, std::vector<NavigationFinding>& findings) {
+  std::array<ScreenedLines, kImuFaults> found{};
+  ImuScreen screen(imu);
+  std::size_t kept = 0;
+  for (ImuSample& sample : imu.samples) {
+    const auto fault = screen.judge(sample);
+    if (!fault) {
+      imu.samples[kept++] = sample;
+      continue;
+    }
+    ScreenedLines& of = found[std::size_t(*fault)];
+    if (of.count++ == 0) of.from = sample.t;
+    of.to = sample.t;
   }
-  drop_if(sensor.name, sensor.measurements, Kind::stuck, stuck, findings);
+  imu.samples.resize(kept, {0, Vector<3>::Zero(), Vector<3>::Zero()});
+  for (int i = 0; i < kImuFaults; ++i)
+    if (const ScreenedLines& of = found[std::size_t(i)]; of.count > 0)
+      findings.push_back(
+          {Kind::implausible, imu.name, of.count, of.from, of.to, "that " + std::string(text(ImuFault(i)))});
 }
 
 /// Finds intervals without measurements of a sensor, in a recording from `first` to `last` [s]. `in_between` includes
@@ -282,7 +297,14 @@ std::string NavigationFinding::text() const {
   const std::string dropped = sensor + ": dropped " + n + " line" + plural + at;
   switch (kind) {
     case Kind::not_finite:
-      return dropped + " with NaN or infinite numbers";
+      return dropped + " " + std::string(tandem::text(ReadingFault::missing));
+    case Kind::implausible:
+      return dropped + " " + channel;
+    case Kind::jump:
+      return sensor + ": jumps to a new origin" + at;
+    case Kind::rejected:
+      return sensor + ": rejected " + n + " measurement" + plural + at +
+             (count == 1 ? ", which contradicts" : ", which contradict") + " the other measurements" + channel;
     case Kind::backwards:
       return dropped + " whose time runs backwards";
     case Kind::repeated:
@@ -291,7 +313,6 @@ std::string NavigationFinding::text() const {
       return sensor + ": " + n + " sample" + plural + " of " + channel + at + (count == 1 ? " is" : " are") +
              " saturated, but kept";
     case Kind::stuck:
-      if (channel.empty()) return dropped + " with a repeated value; the sensor may be stuck";
       return sensor + ": " + channel + " is stuck at one value for " + n + " samples" + at;
     case Kind::gap:
       if (count == 1)
@@ -325,17 +346,18 @@ std::vector<NavigationFinding> check(NavigationData& data) {
     clean_times(data.imu->name, data.imu->samples, findings);
     if (data.imu->samples.size() < 2) throw BadInputError(data.imu->name + ": at least two samples are required");
     if (const auto finding = check_specific_force(data)) findings.push_back(*finding);
-    for (const Channel& channel : kChannels) check_channel(*data.imu, channel, findings);
-    check_gaps(*data.imu, findings);
-    check_vibration(*data.imu, findings);
   }
   for (EgoSensor& sensor : data.sensors) clean_times(sensor.name, sensor.measurements, findings);
-  check_coverage(data, findings);
-  for (EgoSensor& sensor : data.sensors) {
-    drop_stuck(sensor, findings);
+  for (EgoSensor& sensor : data.sensors)
     if (const auto finding = check_magnitude(sensor)) findings.push_back(*finding);
-  }
-  if (data.imu) check_angular_rate(data);
+  check_coverage(data, findings);
+  for (EgoSensor& sensor : data.sensors) drop_implausible(sensor, findings);
+  if (!data.imu) return findings;
+  check_angular_rate(data);
+  drop_implausible(*data.imu, findings);
+  for (const Channel& channel : kChannels) check_channel(*data.imu, channel, findings);
+  check_gaps(*data.imu, findings);
+  check_vibration(*data.imu, findings);
   return findings;
 }
 

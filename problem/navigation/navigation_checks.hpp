@@ -10,26 +10,29 @@ namespace tandem {
 /// A defect of a recording that does not prevent estimation, for the report.
 struct NavigationFinding {
   enum class Kind {
-    not_finite,   ///< Lines with NaN or infinity; dropped.
-    backwards,    ///< Lines whose time runs backwards; as few lines as possible are dropped.
-    repeated,     ///< Lines that repeat a time; all but the first are dropped.
-    saturated,    ///< IMU samples at the end of their range; kept.
-    stuck,        ///< A repeated value; kept on IMU axes; other sensors keep only its first line.
-    gap,          ///< No IMU samples for longer than max_gap; splits the chain of keyframes.
-    silent,       ///< No measurements of another sensor for a long time.
-    late,         ///< A sensor starts long after the recording.
-    early,        ///< A sensor ends long before the recording.
-    empty,        ///< A sensor without measurements.
-    upside_down,  ///< The specific force points down at the start.
-    above_water,  ///< Most depths are above the world's origin.
-    vibration,    ///< Consecutive IMU samples differ by far more than the noise.
+    not_finite,   ///< lines with NaN, infinity or a marker of missing data; dropped
+    implausible,  ///< lines whose values are not believed (ReadingScreen, ImuScreen); dropped
+    jump,         ///< odometry that continues from a new origin; kept
+    rejected,     ///< measurements that contradict the others; dropped
+    backwards,    ///< lines whose time runs backwards; drops the fewest lines that make the times increase
+    repeated,     ///< lines that repeat a time; all but the first are dropped
+    saturated,    ///< IMU samples at the end of their range; kept
+    stuck,        ///< a repeated value of one axis of an IMU; kept
+    gap,          ///< no IMU samples for longer than max_gap; splits the chain of keyframes
+    silent,       ///< no measurements of another sensor for a long time
+    late,         ///< a sensor starts long after the recording
+    early,        ///< a sensor ends long before the recording
+    empty,        ///< a sensor without measurements
+    upside_down,  ///< the specific force points down at the start
+    above_water,  ///< most depths are above the world's origin
+    vibration,    ///< consecutive IMU samples differ by far more than the noise
   };
 
   Kind kind;
   std::string sensor;
-  std::size_t count = 0;    ///< Number of lines, samples or gaps.
-  double from = 0, to = 0;  ///< Time stamps of the first and the last of them [s].
-  std::string channel{};    ///< Axis of an IMU, e.g. "specific force x".
+  std::size_t count = 0;    ///< number of lines, samples or gaps
+  double from = 0, to = 0;  ///< time stamps of the first and the last of them [s]
+  std::string channel{};    ///< axis of an IMU, e.g. "specific force x", or the end of the sentence for implausible
   /// Noise densities of the samples for Kind::vibration: m/s² /√Hz and rad/s /√Hz.
   double accelerometer = 0, gyroscope = 0;
 

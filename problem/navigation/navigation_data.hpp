@@ -30,6 +30,7 @@ struct ImuSensor {
   /// Delay of the time stamps [s], already subtracted from the times of `samples`. It is negative if stamps are early,
   /// e.g. by half a sample period if a sample is the mean over the interval after its stamp.
   double delay = 0;
+  std::vector<double> missing{};     ///< numbers in files and streams that stand for missing data
   std::vector<ImuSample> samples{};  ///< in time order
 
   /// Sets the delay and shifts the samples accordingly.
@@ -116,12 +117,13 @@ struct EgoMeasurement {
 struct EgoSensor {
   std::string name;
   EgoSensorType type = EgoSensorType::dvl;
-  Eigen::VectorXd sigma{};                     ///< One per residual row [m/s, m, rad]; heading: about body x y z.
-  SE3 mount{};                                 ///< Sensor in the body; only the part that EgoMounting names is used.
-  double delay = 0;                            ///< s; a measurement stamped t was valid at t − delay.
-  std::optional<Loss> loss{};                  ///< Replaces EgoOptions::loss.
-  std::vector<EgoMeasurement> measurements{};  ///< In time order.
-  std::optional<SystematicError> error{};      ///< Systematic errors to estimate.
+  Eigen::VectorXd sigma{};                     ///< one per residual row [m/s, m, rad]; heading: about body x y z
+  SE3 mount{};                                 ///< sensor in the body; only the part that EgoMounting names is used
+  double delay = 0;                            ///< s; a measurement stamped t was valid at t − delay
+  std::optional<Loss> loss{};                  ///< replaces that of EgoOptions
+  std::vector<double> missing{};               ///< numbers in files and streams that stand for missing data
+  std::vector<EgoMeasurement> measurements{};  ///< in time order
+  std::optional<SystematicError> error{};      ///< systematic errors to estimate
 
   double valid_at(const EgoMeasurement& m) const { return m.t - delay; }  ///< time of validity [s]
 };

@@ -35,6 +35,7 @@ NavigationProblem make_navigation_problem(const NavigationData& data, const std:
       if (chain.can_attach(event->t)) {
         const EgoMeasurement& m = data.sensors[event->sensor].measurements[event->index];
         out.measurements.push_back(chain.attach(event->sensor, m, event->t));
+        out.measurements.back().index = event->index;
       } else {
         ++out.num_discarded[event->sensor];
       }

@@ -114,12 +114,13 @@ struct Measurement {
 struct TargetSensor {
   std::string name;
   SensorType type = SensorType::position;
-  Eigen::VectorXd sigma{};                 ///< One per residual row [m, rad].
-  SE3 mount{};                             ///< B: sensor in the chaser's body.
-  SE3 marker{};                            ///< F: observed marker in the target's body.
-  double delay = 0;                        ///< s; a measurement stamped t was valid at t − delay.
-  std::optional<Loss> loss{};              ///< Replaces TrackingOptions::loss.
-  std::optional<Loss> orientation_loss{};  ///< Replaces TrackingOptions::orientation_loss; for pose sensors.
+  Eigen::VectorXd sigma{};                 ///< one per residual row [m, rad]
+  SE3 mount{};                             ///< B: sensor in the chaser's body
+  SE3 marker{};                            ///< F: observed marker in the target's body
+  double delay = 0;                        ///< s; a measurement stamped t was valid at t − delay
+  std::optional<Loss> loss{};              ///< replaces TrackingOptions::loss
+  std::optional<Loss> orientation_loss{};  ///< replaces TrackingOptions::orientation_loss; for pose sensors
+  std::vector<double> missing{};           ///< numbers in files and streams that stand for missing data
   std::vector<Measurement> measurements{};
   std::optional<SystematicError> error{};  ///< systematic errors to estimate
 

@@ -3,7 +3,6 @@
 
 #include <tandem/lie/error.hpp>
 #include <tandem/solvers/online/online_streams.hpp>
-#include <tandem/solvers/online/plausible.hpp>
 
 // Resets of the estimate, and the health of its outputs.
 namespace tandem {
@@ -13,8 +12,16 @@ using detail::EventQueue;
 using detail::seconds_text;
 
 // Smallest standard deviations of a start state; zero would mean that it is exact.
-constexpr double kMinSigma = 1e-6;      // m, rad, m/s
-constexpr double kMinBiasSigma = 1e-9;  // m/s², rad/s
+constexpr double kMinSigma = 1e-6;                    // m, rad, m/s
+constexpr double kMinBiasSigma = 1e-9;                // m/s², rad/s
+constexpr double kRecent = 5;                         // s; age up to which a measurement tells the state after a reset
+constexpr double kMaxDistance = 1e8, kMaxSpeed = 30;  // m, m/s; a state beyond them is wrong
+
+bool is_plausible(const EgoState& state) {
+  const Vector<3>& p = state.pose.translation();
+  return p.allFinite() && p.cwiseAbs().maxCoeff() <= kMaxDistance && state.velocity.allFinite() &&
+         state.bias.allFinite() && state.pose.rotation().quaternion().coeffs().allFinite();
+}
 
 }  // namespace
 
@@ -37,8 +44,8 @@ void OnlineEstimator::Streams::reset_window(TrackReset::Kind kind, std::string w
   if (!window_->has_chain()) return make_window();
   Alignment start{.t = t, .state = window_->chaser(), .sigmas = newest_state_sigmas(min_sigmas).value_or(min_sigmas)};
   start.sigmas.bias.reset();  // the discarded estimate may have distorted the biases
-  const bool continues = chaser == Chaser::continues && detail::is_plausible(start.state.pose) &&
-                         start.state.velocity.allFinite() && start.state.bias.allFinite();
+  const bool continues = chaser == Chaser::continues && is_plausible(start.state);
+  if (continues && kind != TrackReset::Kind::suspended) adopt_measured(start);
   std::vector<Stamped<EgoState>> states = window_->states();
   if (continues) states.pop_back();
   if (hooks_.on_leave)
@@ -49,6 +56,42 @@ void OnlineEstimator::Streams::reset_window(TrackReset::Kind kind, std::string w
   } else {
     alignment_data_ = *ego_;
   }
+}
+
+/// Replaces what the newest measurements tell of the state: velocity and height, and the position if its standard
+/// deviation is large. A wrong velocity makes the position uncertain, too.
+void OnlineEstimator::Streams::adopt_measured(Alignment& start) const {
+  EgoState& state = start.state;
+  const SO3& R = state.pose.rotation();
+  Vector<3> p = state.pose.translation();
+  const auto newest = [&](EgoReading reading) -> std::pair<const EgoSensor*, const EgoMeasurement*> {
+    for (std::size_t i = 0; i < newest_ego_.size(); ++i) {
+      const EgoSensor& sensor = ego_->sensors[i];
+      if (sensor.type->reading == reading && newest_ego_[i] &&
+          std::abs(sensor.valid_at(*newest_ego_[i]) - start.t) <= kRecent)
+        return {&sensor, &*newest_ego_[i]};
+    }
+    return {};
+  };
+  Vector<3> velocity = state.velocity;
+  if (const auto [dvl, m] = newest(EgoReading::body_vector); m)
+    velocity = R.act(m->value);
+  else if (velocity.norm() > kMaxSpeed)
+    velocity.setZero();
+  const double wrong = (velocity - state.velocity).norm(), since = options_.reset.reset_after;
+  start.sigmas.position.array() += std::min(wrong, kMaxSpeed) * (std::isfinite(since) ? since : kRecent);
+  state.velocity = velocity;
+  if (const auto [gps, m] = newest(EgoReading::world_vector); m) {
+    const Vector<3> measured = m->value - R.act(gps->mount.translation());
+    for (int i = 0; i < 3; ++i)
+      if (std::abs(measured[i] - p[i]) < start.sigmas.position[i]) p[i] = measured[i];
+  }
+  if (const auto [depth, m] = newest(EgoReading::world_height); m) {
+    const double z = m->value.z() - R.act(depth->mount.translation()).z();
+    start.sigmas.position.z() = std::max(start.sigmas.position.z(), std::abs(z - p.z()));
+    p.z() = z;
+  }
+  state.pose = SE3(R, p);
 }
 
 void OnlineEstimator::Streams::reset() {
@@ -68,7 +111,7 @@ void OnlineEstimator::Streams::reset_now() {
   queue_ = EventQueue(options_.lag.window);
   if (ego_) alignment_data_ = *ego_;
   odometry_.clear();
-  displaced_odometry_.clear();
+  make_screens();
   recent_samples_.clear();
   last_imu_ = aligned_ = -HUGE_VAL;
   update_output_health();

@@ -4,7 +4,6 @@
 #include <tandem/lie/error.hpp>
 #include <tandem/solvers/online/heading_alignment.hpp>
 #include <tandem/solvers/online/online_streams.hpp>
-#include <tandem/solvers/online/plausible.hpp>
 
 namespace tandem {
 namespace {
@@ -17,8 +16,7 @@ using Kind = Rejection::Kind;
 
 constexpr double kCoarse = 5.0;  // duration of the coarse alignment [s]
 constexpr std::size_t kMaxOdometry = 4096;
-constexpr std::size_t kMinNewOrigin = 5;  // successive displaced poses that establish a new origin
-constexpr int kTargetSubject = -1;        // HealthMonitor subject of target sensors
+constexpr int kTargetSubject = -1;  // HealthMonitor subject of target sensors
 
 TrackingData without_measurements(TrackingData data) {
   for (TargetSensor& sensor : data.sensors) sensor.measurements.clear();
@@ -33,14 +31,37 @@ std::optional<NavigationData> without_measurements(std::optional<NavigationData>
   return data;
 }
 
+/// Returns the standard deviations of a chaser's state after a sensor of this type has found it to be wrong.
+EgoStateSigmas sigmas_without_sensor(EgoSensorType type) {
+  EgoStateSigmas spread;
+  switch (type->reading) {
+    case EgoReading::body_vector:
+      spread.velocity.setConstant(10);
+      break;
+    case EgoReading::world_vector:
+      spread.position.setConstant(1e3);
+      break;
+    case EgoReading::world_height:
+      spread.position.z() = 1e3;
+      break;
+    case EgoReading::orientation:
+      spread.rotation.z() = 3;
+      break;
+  }
+  return spread;
+}
+
 std::string contradiction_text(const std::string& name, double t) {
   return name + " contradicts the estimate: it was rejected until " + seconds_text(t);
 }
 
 std::vector<detail::HealthMonitor::Sensor> monitored_sensors(const TrackingData& tracking, const NavigationData* ego) {
   std::vector<detail::HealthMonitor::Sensor> sensors;
+  const auto bit = [](EgoReading reading) { return 1u << int(reading); };
+  // A DVL and a GPS receiver confirm each other, and depth and heading. Depth and heading say nothing of the others.
+  const unsigned motion = bit(EgoReading::body_vector) | bit(EgoReading::world_vector);
   if (ego)
-    for (const EgoSensor& sensor : ego->sensors) sensors.push_back({sensor.name, int(sensor.type->reading)});
+    for (const EgoSensor& sensor : ego->sensors) sensors.push_back({sensor.name, int(sensor.type->reading), motion});
   for (const TargetSensor& sensor : tracking.sensors) sensors.push_back({sensor.name, kTargetSubject});
   return sensors;
 }
@@ -59,6 +80,20 @@ OnlineEstimator::Streams::Streams(OnlineEstimator& hooks, const TrackingData& tr
       queue_(options.lag.window),
       health_(monitored_sensors(settings_, ego_ ? &*ego_ : nullptr), options.reset) {
   make_window();
+  make_screens();
+}
+
+void OnlineEstimator::Streams::make_screens() {
+  odometry_screen_ = {};
+  imu_screen_.reset();
+  screens_.clear();
+  newest_ego_.clear();
+  if (ego_) {
+    if (ego_->imu) imu_screen_.emplace(*ego_->imu);
+    for (const EgoSensor& sensor : ego_->sensors) screens_.emplace_back(screen_options(sensor));
+    newest_ego_.resize(ego_->sensors.size());
+  }
+  for (const TargetSensor& sensor : settings_.sensors) screens_.emplace_back(screen_options(sensor));
 }
 
 MaybeRejection OnlineEstimator::Streams::add_odometry(const Stamped<SE3>& pose) {
@@ -68,21 +103,23 @@ MaybeRejection OnlineEstimator::Streams::add_odometry(const Stamped<SE3>& pose) 
                      "odometry: the pose at " + seconds_text(pose.t) + " is not later than the previous one"};
   if (auto why = queue_.why_invalid_stamp("odometry", pose.t, window_->started()))
     return Rejection{Kind::invalid_time, *why};
-  if (auto why = why_implausible("odometry", pose.t, detail::is_plausible(pose.value))) return why;
-  if (!odometry_.empty() && !detail::is_plausible_motion(odometry_.back(), pose)) {
-    if (!displaced_odometry_.empty() && !detail::is_plausible_motion(displaced_odometry_.back(), pose))
-      displaced_odometry_.clear();
-    displaced_odometry_.push_back(pose);
-    if (displaced_odometry_.size() < kMinNewOrigin)
+  const std::vector<Stamped<SE3>> displaced = odometry_screen_.displaced();
+  switch (odometry_screen_.judge(pose)) {
+    case OdometryScreen::Verdict::missing:
+      return Rejection{Kind::implausible, "odometry: the pose at " + seconds_text(pose.t) + " is implausible", pose.t};
+    case OdometryScreen::Verdict::displaced:
       return Rejection{Kind::implausible,
-                       "odometry: the pose at " + seconds_text(pose.t) + " is implausibly far from the previous one"};
-    if (window_->started())
-      reset_window(TrackReset::Kind::contradicted,
-                   "odometry jumped to a new origin at " + seconds_text(displaced_odometry_.front().t));
-    odometry_ = std::exchange(displaced_odometry_, {});
-    return process_until(pose.t);
+                       "odometry: the pose at " + seconds_text(pose.t) + " is implausibly far from the previous one",
+                       pose.t};
+    case OdometryScreen::Verdict::new_origin:
+      if (window_->started())
+        reset_window(TrackReset::Kind::contradicted,
+                     "odometry jumped to a new origin at " + seconds_text(displaced.front().t));
+      odometry_ = displaced;
+      break;
+    case OdometryScreen::Verdict::use:
+      break;
   }
-  displaced_odometry_.clear();
   if (odometry_.size() > kMaxOdometry && window_->started())
     std::erase_if(odometry_, [&](const Stamped<SE3>& x) { return x.t < window_->newest() - 2 * interval_; });
   odometry_.push_back(pose);
@@ -97,14 +134,19 @@ MaybeRejection OnlineEstimator::Streams::add_imu(const ImuSample& sample) {
                      name + ": the sample at " + seconds_text(sample.t) + " is not later than the previous one"};
   if (auto why = queue_.why_invalid_stamp(name, sample.t, window_->started()))
     return Rejection{Kind::invalid_time, *why};
-  if (auto why = why_implausible(name, sample.t, detail::is_plausible(sample))) return why;
+  ImuSample judged = sample;
+  if (const auto fault = imu_screen_->judge(judged)) {
+    process_until(sample.t);  // the time passes
+    return Rejection{Kind::implausible,
+                     name + ": samples " + std::string(text(*fault)) + " at " + seconds_text(sample.t), sample.t};
+  }
   last_imu_ = sample.t;
   if (window_->has_chain()) {
-    recent_samples_.push_back(sample);
+    recent_samples_.push_back(judged);
     while (recent_samples_.size() > 2 && recent_samples_[1].t < window_->newest()) recent_samples_.pop_front();
-    window_->add(sample);
+    window_->add(judged);
   } else {
-    alignment_data_.imu->samples.push_back(sample);
+    alignment_data_.imu->samples.push_back(judged);
   }
   return process_until(sample.t);
 }
@@ -114,7 +156,8 @@ MaybeRejection OnlineEstimator::Streams::add_ego(std::size_t sensor, const EgoMe
     return Rejection{Kind::not_in_use, "the chaser has no sensor with this index"};
   const EgoSensor& by = ego_->sensors[sensor];
   if (auto why = queue_.why_invalid_stamp(by.name, m.t, window_->started())) return Rejection{Kind::invalid_time, *why};
-  if (auto why = why_implausible(by.name, m.t, detail::is_plausible(by.type, m))) return why;
+  if (auto why = why_implausible(sensor, by.name, m.t, reading(by.type, m))) return why;
+  newest_ego_[sensor] = m;
   health_.received(sensor, by.valid_at(m));
   if (auto late = why_too_late(by.name, by.valid_at(m))) return late;
   if (!window_->has_chain()) alignment_data_.sensors[sensor].measurements.push_back(m);
@@ -125,15 +168,19 @@ MaybeRejection OnlineEstimator::Streams::add_target(std::size_t sensor, const Me
   if (sensor >= settings_.sensors.size()) return Rejection{Kind::not_in_use, "no sensor of the target has this index"};
   const TargetSensor& by = settings_.sensors[sensor];
   if (auto why = queue_.why_invalid_stamp(by.name, m.t, window_->started())) return Rejection{Kind::invalid_time, *why};
-  if (auto why = why_implausible(by.name, m.t, detail::is_plausible(m))) return why;
+  if (auto why = why_implausible(target_index(sensor), by.name, m.t, reading(by.type, m))) return why;
   health_.received(target_index(sensor), by.valid_at(m));
   if (auto late = why_too_late(by.name, by.valid_at(m))) return late;
   return enqueue(m.t, by.valid_at(m), {sensor, m});
 }
 
-MaybeRejection OnlineEstimator::Streams::why_implausible(const std::string& name, double t, bool plausible) const {
-  if (plausible) return {};
-  return Rejection{Kind::implausible, name + ": the value stamped " + seconds_text(t) + " is implausible"};
+/// Judges a value. The time passes also if it is not believed.
+MaybeRejection OnlineEstimator::Streams::why_implausible(std::size_t index, const std::string& name, double t,
+                                                         const Reading& reading) {
+  const auto fault = screens_[index].judge(t, reading);
+  if (!fault) return {};
+  process_until(t);
+  return Rejection{Kind::implausible, name + ": a line " + std::string(text(*fault)) + " at " + seconds_text(t), t};
 }
 
 MaybeRejection OnlineEstimator::Streams::enqueue(double stamp, double valid, OnlineEvent event) {
@@ -255,9 +302,9 @@ bool OnlineEstimator::Streams::process_ego(std::size_t sensor, const EgoMeasurem
   if (own) add_keyframe(t);
   const auto outcome = window_->attach(sensor, m, t);
   if (!apply_gate(sensor, ego_->sensors[sensor].name, t, outcome)) {
-    if (!health_.contradicts_estimate(sensor)) return own;
+    if (!health_.must_reset_to(sensor)) return own;
     reset_window(TrackReset::Kind::contradicted, contradiction_text(ego_->sensors[sensor].name, t),
-                 detail::sigmas_without_sensor(ego_->sensors[sensor].type));
+                 sigmas_without_sensor(ego_->sensors[sensor].type));
     return window_->has_chain() && process_ego(sensor, m, t);  // without a chain, the chaser is aligned again
   }
   pending_ = true;
@@ -286,7 +333,7 @@ bool OnlineEstimator::Streams::process_target(std::size_t sensor, const Measurem
     return own || first;
   }
   if (apply_gate(target_index(sensor), by.name, t, outcome)) return true;
-  if (!health_.contradicts_estimate(target_index(sensor))) return own || first;
+  if (!health_.must_reset_to(target_index(sensor))) return own || first;
   reset_window(TrackReset::Kind::contradicted, contradiction_text(by.name, t));
   return by.position_in_chaser(m) && process_target(sensor, m, t);
 }
@@ -299,8 +346,10 @@ bool OnlineEstimator::Streams::apply_gate(std::size_t index, const std::string& 
     return true;
   }
   health_.rejected(index, t, *outcome.sigmas);
-  reject(name, {Kind::outside_gate, name + ": the measurement valid at " + seconds_text(t) + " is outside the gate, " +
-                                        std::to_string(*outcome.sigmas) + " standard deviations from its prediction"});
+  reject(name, {Kind::outside_gate,
+                name + ": the measurement valid at " + seconds_text(t) + " is outside the gate, " +
+                    std::to_string(*outcome.sigmas) + " standard deviations from its prediction",
+                t, *outcome.sigmas});
   return false;
 }
 
@@ -328,7 +377,12 @@ void OnlineEstimator::Streams::add_keyframe(double t, std::size_t sensor, const 
 
 void OnlineEstimator::Streams::update() {
   const Clock::time_point begin = *std::exchange(due_, {});
-  const Summary summary = window_->update();
+  Summary summary;
+  try {
+    summary = window_->update();
+  } catch (const UndefinedResidualError& error) {
+    return reset_window(TrackReset::Kind::unconverged, std::string("the window cannot be updated: ") + error.what());
+  }
   pending_ = false;
   health_.updated(window_->newest(), summary.converged());
   update_output_health();

@@ -10,6 +10,8 @@
 #include <vector>
 
 #include <tandem/lie/error.hpp>
+#include <tandem/problem/navigation/imu_screen.hpp>
+#include <tandem/problem/tracking/measurement_screen.hpp>
 #include <tandem/solvers/online/event_queue.hpp>
 #include <tandem/solvers/online/keyframe_policy.hpp>
 #include <tandem/solvers/online/online_estimator.hpp>
@@ -68,7 +70,9 @@ class OnlineEstimator::Streams {
   MaybeRejection why_too_late(const std::string& name, double t) const;
   MaybeRejection enqueue(double stamp, double valid, detail::OnlineEvent event);
   MaybeRejection process_until(double stamp);
-  MaybeRejection why_implausible(const std::string& name, double t, bool plausible) const;
+  /// Judges the value of a measurement of sensor `index` of the health monitor.
+  MaybeRejection why_implausible(std::size_t index, const std::string& name, double t, const Reading& reading);
+  void make_screens();
   void reject(const std::string& name, double t);
   void reject(const std::string& name, const Rejection& why);
   double motion_end() const;
@@ -86,6 +90,7 @@ class OnlineEstimator::Streams {
   enum class Chaser { continues, realigns };  // after a reset
   void reset_window(TrackReset::Kind kind, std::string why, const EgoStateSigmas& min_sigmas = {},
                     Chaser chaser = Chaser::continues);
+  void adopt_measured(Alignment& start) const;
   std::optional<EgoStateSigmas> newest_state_sigmas(const EgoStateSigmas& min_sigmas) const;
   bool suspend_before(double t);
   void update_output_health();
@@ -105,8 +110,11 @@ class OnlineEstimator::Streams {
   detail::EventQueue queue_;
   detail::HealthMonitor health_;
   std::vector<Stamped<SE3>> odometry_;
-  std::vector<Stamped<SE3>> displaced_odometry_;  // poses that are implausibly far from odometry_
-  std::deque<ImuSample> recent_samples_;          // since the newest keyframe, for a reset
+  OdometryScreen odometry_screen_;
+  std::optional<ImuScreen> imu_screen_;
+  std::vector<ReadingScreen> screens_;                     // by index of the health monitor
+  std::vector<std::optional<EgoMeasurement>> newest_ego_;  // newest plausible measurement of each own sensor
+  std::deque<ImuSample> recent_samples_;                   // since the newest keyframe, for a reset
   double last_imu_ = -HUGE_VAL;
   double aligned_ = -HUGE_VAL;  // time of the last alignment [s]
   MaybeRejection rejected_;     // rejection of the current call

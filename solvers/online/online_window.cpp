@@ -110,12 +110,17 @@ bool OnlineWindow::update_covariance() {
   return covariance_ == Covariance::current;
 }
 
-bool OnlineWindow::passes(const Block& block, Eigen::Index rows, bool use_gate, Outcome& outcome) const {
+/// A residual that is undefined at the present state, such as a bearing of a target at the sensor, does not pass.
+bool OnlineWindow::passes(const Block& block, Eigen::Index rows, bool use_gate, Outcome& outcome) const try {
   if (use_gate) outcome.sigmas = normalized_innovation(lag_, block, rows);
   const double gate = options_.reset.gate;
   outcome.rejected = outcome.sigmas ? !(*outcome.sigmas <= gate) : !has_finite_cost(lag_.problem(), block);
   if (outcome.rejected && !outcome.sigmas) outcome.sigmas = HUGE_VAL;
   return !outcome.rejected;
+} catch (const UndefinedResidualError&) {
+  outcome.rejected = true;
+  outcome.sigmas = HUGE_VAL;
+  return false;
 }
 
 /// If the last update did not converge, solves the window to its minimum and returns true: the gate is then applied

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cmath>
 #include <string>
 
 namespace tandem {
@@ -16,7 +17,9 @@ struct Rejection {
     outside_gate,    ///< Its innovation is larger than ResetOptions::gate.
   };
   Kind kind;
-  std::string text;  ///< one sentence for the user
+  std::string text;     ///< one sentence for the user
+  double t = NAN;       ///< time of validity of the measurement [s], if it is known
+  double sigmas = NAN;  ///< its normalised innovation, if it is outside the gate
 };
 
 }  // namespace tandem

@@ -19,8 +19,7 @@ constexpr std::array<Unit, 4> kUnits = {
     {{1, "seconds", 0}, {1e-3, "milliseconds", 1e11}, {1e-6, "microseconds", 1e14}, {1e-9, "nanoseconds", 1e17}}};
 constexpr std::array kUsualPeriod = {1e-3, 2.0};  // range of usual periods of the motion [s]
 constexpr std::size_t kFirstStamps = 6, kMostWaiting = 1000, kMostHeld = 4096;
-constexpr double kSameStep = 5;      // largest difference of equal clock steps [s]
-constexpr double kSurelyAhead = 10;  // beyond the usual lag of the motion [s]
+constexpr double kSameStep = 5;  // largest difference of equal clock steps [s]
 const std::string kAgreesAgain = ": time stamps agree with the other streams again";
 const std::string kByArrival = "; its lines are timed by arrival";
 
@@ -83,7 +82,6 @@ StreamClocks::Verdict StreamClocks::classify(std::size_t stream, double stamp) {
     release_consistent();
     return Verdict::use;
   }
-  if (s.last && t < *s.last && t > *s.last - options_.max_lead) return Verdict::not_increasing;
   hold(stream, stamp);
   return Verdict::hold;
 }
@@ -123,6 +121,7 @@ void StreamClocks::restore(const Checkpoint& checkpoint) {
     throw BadInputError("stream clocks: the checkpoint has a different number of streams");
   clock_ = checkpoint.clock;
   base_ = checkpoint.base;
+  motion_ = -HUGE_VAL;
   for (std::size_t i = 0; i < states_.size(); ++i) states_[i] = {checkpoint.streams[i], {}};
   ready_ = true;
 }
@@ -136,7 +135,9 @@ double StreamClocks::max_lead() const {
 
 bool StreamClocks::agrees(const State& s, double t) const {
   if (clock_ == -HUGE_VAL) return true;
-  return t <= clock_ + max_lead() && t >= clock_ - options_.max_lag && (!s.last || t >= *s.last);
+  // A stream that is ahead of a lagging motion continues at its pace.
+  const double passed = s.last && std::isfinite(s.motion) ? *s.last + (motion_ - s.motion) : clock_;
+  return t <= std::max(clock_, passed) + max_lead() && t >= clock_ - options_.max_lag;
 }
 
 /// Counts successive stamps that agree with the common time without the offset. Returns whether there are two.
@@ -174,12 +175,15 @@ void StreamClocks::hold(std::size_t stream, double stamp) {
 }
 
 bool StreamClocks::is_confirmed(std::size_t stream, double unit) const {
-  const auto& held = states_[stream].held;
-  if (held.size() < 2 || (held.back().stamp - held.front().stamp) * unit < options_.confirm_time) return false;
-  if (streams_[stream].motion || unit != states_[stream].unit) return true;
-  // Lines ahead of the motion may be correct if the motion lags or has paused.
-  const double ahead = time(stream, held.front().stamp) - held.front().clock;
-  return ahead < 0 || (ahead > kSurelyAhead && clock_ > held.front().clock);
+  const State& s = states_[stream];
+  if (s.held.size() < 2) return false;
+  const bool given_unit = unit == s.unit, motion = streams_[stream].motion;
+  const double ahead = time(stream, s.held.front().stamp) - s.held.front().clock;
+  if (given_unit && !motion && ahead > 0 && ahead <= options_.max_lag) return true;
+  if (s.held.size() < options_.confirm_lines ||
+      (s.held.back().stamp - s.held.front().stamp) * unit < options_.confirm_time)
+    return false;
+  return motion || !given_unit || ahead < 0 || clock_ > s.held.front().clock;
 }
 
 /// Releases the held lines of a stream if they agree with the offset of another stream, i.e. if both clocks made the
@@ -219,6 +223,7 @@ void StreamClocks::confirm_shift(std::size_t stream, double unit) {
     s.unit = unit;
     s.offset = 0;
     notice(name + ": time stamps are in " + name_of(unit));
+  } else if (!motion && step > 0 && step <= options_.max_lag) {  // the motion lags
   } else if (motion && step > 0 && step <= options_.max_pause && clock_ == first.clock) {
     if (step > options_.max_lag) notice("no time stamps for " + duration_text(step) + ": treated as a pause");
   } else if (motion && step < 0 && clock_ - base_ < options_.settling_time) {
@@ -227,7 +232,7 @@ void StreamClocks::confirm_shift(std::size_t stream, double unit) {
       states_[i].last.reset();
       states_[i].offset = 0;
     }
-    clock_ = -HUGE_VAL;
+    clock_ = motion_ = -HUGE_VAL;
     time_was_reset_ = true;
   } else {
     const double next = s.last ? *s.last + s.period : first.clock;
@@ -270,10 +275,13 @@ void StreamClocks::drop(std::size_t stream, std::size_t lines) {
 void StreamClocks::use(std::size_t stream, double t) {
   State& s = states_[stream];
   if (clock_ == -HUGE_VAL) base_ = t;
-  if (s.last && t > *s.last) s.period = s.period > 0 ? std::min(t - *s.last, 2 * s.period) : t - *s.last;
-  s.last = std::max(s.last.value_or(t), t);
   clock_ = std::max(clock_, t);
+  if (streams_[stream].motion) motion_ = std::max(motion_, t);
+  if (s.last && t < *s.last) return;  // late
+  if (s.last && t > *s.last) s.period = s.period > 0 ? std::min(t - *s.last, 2 * s.period) : t - *s.last;
+  s.last = t;
   s.lag = clock_ - t;
+  s.motion = motion_;
 }
 
 }  // namespace tandem

@@ -10,17 +10,22 @@ namespace tandem {
 
 /// Tolerances for time stamps, in seconds of the common time.
 struct ClockOptions {
-  double max_lead = 2.0;      ///< Lines further ahead of the common time are held; at least five periods of the motion.
-  double max_lag = 60.0;      ///< Lines further behind the common time are held.
-  double confirm_time = 1.0;  ///< Held lines are released once at least two of them continue over this time.
-  double max_pause = 86400;   ///< A longer jump of all streams is a clock step, a shorter one a pause.
-  double settling_time = 10;  ///< A jump back of the motion within this time resets the common time.
+  double max_lead = 2.0;  ///< lines further ahead of the common time are held; at least five periods of the motion
+  double max_lag = 60.0;  ///< lines further behind the common time are held
+  /// Held lines are evidence of a clock step once at least `confirm_lines` successive ones of their stream continue at
+  /// the pace of the common time over at least `confirm_time`. Two lines suffice up to `max_lag` ahead of the common
+  /// time: the motion lags.
+  std::size_t confirm_lines = 5;
+  double confirm_time = 3.0;
+  double max_pause = 86400;   ///< a longer jump of all streams is a clock step, a shorter one a pause
+  double settling_time = 10;  ///< if the motion jumps back while the common time is younger, it is reset
 };
 
 /// Synchronises the clocks of several streams, line by line, to a common time in seconds. Detects stamps in milli-,
-/// micro- or nanoseconds. If the clock of a stream steps, its lines are timed by arrival until its stamps agree with
-/// the others again. A stamp far from the common time is held until later lines of its stream confirm or contradict it,
-/// so a single wrong stamp costs only its own line.
+/// micro- or nanoseconds. Stamps are believed while they are consistent within their stream: lines may be late by up to
+/// `max_lag`, also in disorder. If the clock of a stream steps, its lines are timed by arrival until its stamps agree
+/// with the others again. A stamp far from the common time is held until later lines of its stream confirm or
+/// contradict it, so a single wrong stamp costs only its own line.
 class StreamClocks {
  public:
   struct Stream {
@@ -35,12 +40,11 @@ class StreamClocks {
   std::function<void(const std::string&)> on_notice;
 
   enum class Verdict {
-    use,             ///< Use the line at time().
-    wait,            ///< Keep this and all following lines until is_ready(), then classify them.
-    hold,            ///< Keep the line until its stream is in released() or dropped().
-    not_increasing,  ///< Discard the line: earlier than the last one of its stream.
-    repeated,        ///< Discard the line: the same stamp as the last one.
-    invalid,         ///< Discard the line: the stamp is not finite.
+    use,       ///< use the line at time(), which may be before that of earlier lines
+    wait,      ///< keep this and all following lines until is_ready(), then classify them
+    hold,      ///< keep the line until its stream is in released() or dropped()
+    repeated,  ///< discard the line: the same stamp as the last one
+    invalid,   ///< discard the line: the stamp is not finite
   };
   /// Classifies the next line of a stream by its stamp.
   Verdict classify(std::size_t stream, double stamp);
@@ -88,6 +92,7 @@ class StreamClocks {
   };
   struct State : Clock {
     std::vector<Held> held{};
+    double motion = -HUGE_VAL;  // time of the motion at the arrival of the last line [s]
   };
 
   bool find_unit(std::size_t stream, double stamp);
@@ -115,6 +120,7 @@ class StreamClocks {
   std::size_t first_motion_ = 0;
   std::vector<double> first_stamps_;  // first stamps of the stream first_motion_
   double clock_ = -HUGE_VAL, base_ = -HUGE_VAL;
+  double motion_ = -HUGE_VAL;  // newest time of the motion [s]
   std::vector<Dropped> dropped_;
   std::vector<std::size_t> released_;
   bool time_was_reset_ = false;

@@ -29,13 +29,13 @@ namespace {
 
 constexpr std::size_t kMaxVerdicts = 4096;
 constexpr std::size_t kMinUpdates = 10;
+constexpr double kAbsence = 30;  // s
 
 }  // namespace
 
 HealthMonitor::HealthMonitor(const std::vector<Sensor>& sensors, const ResetOptions& options)
-    : options_(options), verdicts_(sensors.size()) {
+    : options_(options), sensors_(sensors), rejected_since_(sensors.size()), verdicts_(sensors.size()) {
   for (const Sensor& sensor : sensors) {
-    subject_.push_back(sensor.subject);
     health_.sensors.push_back({.name = sensor.name, .last_received = {}, .last_used = {}, .sigmas = {}});
   }
 }
@@ -49,6 +49,7 @@ void HealthMonitor::used(std::size_t sensor, double t, std::optional<double> sig
   SensorHealth& s = health_.sensors[sensor];
   ++s.used;
   s.rejected_in_a_row = 0;
+  rejected_since_[sensor].reset();
   s.last_used = std::max(s.last_used.value_or(t), t);
   s.sigmas = sigmas;
   add_verdict(sensor, t, false);
@@ -59,6 +60,7 @@ void HealthMonitor::rejected(std::size_t sensor, double t, double sigmas) {
   ++s.rejected;
   ++s.rejected_in_a_row;
   s.sigmas = sigmas;
+  if (!rejected_since_[sensor]) rejected_since_[sensor] = t;
   add_verdict(sensor, t, true);
 }
 
@@ -70,19 +72,33 @@ void HealthMonitor::add_verdict(std::size_t sensor, double t, bool rejected) {
     verdicts.pop_front();
 }
 
-bool HealthMonitor::contradicts_estimate(std::size_t sensor) const {
+std::optional<double> HealthMonitor::contradicting_since(std::size_t sensor) const {
   const auto& verdicts = verdicts_[sensor];
   const auto first = std::find_if(verdicts.begin(), verdicts.end(), [](const Verdict& v) { return v.rejected; });
   const auto n = std::count_if(first, verdicts.end(), [](const Verdict& v) { return v.rejected; });
-  if (n < options_.rejections || verdicts.back().t - first->t < options_.reset_after) return false;
+  if (n < options_.rejections || verdicts.back().t - first->t < options_.reset_after) return {};
   // With more than rejection_window measurements, requires the same share of rejections.
-  if (double(n) * options_.rejection_window < double(options_.rejections) * double(verdicts.end() - first))
-    return false;
-  for (std::size_t i = 0; i < subject_.size(); ++i) {
+  if (double(n) * options_.rejection_window < double(options_.rejections) * double(verdicts.end() - first)) return {};
+  return first->t;
+}
+
+bool HealthMonitor::is_confirmed(std::size_t sensor, double t, bool only_same) const {
+  for (std::size_t i = 0; i < sensors_.size(); ++i) {
+    const bool same = sensors_[i].subject == sensors_[sensor].subject;
+    const bool other =
+        !only_same && sensors_[i].subject >= 0 && ((sensors_[sensor].confirmed_by >> sensors_[i].subject) & 1u);
     const auto& used = health_.sensors[i].last_used;
-    if (i != sensor && subject_[i] == subject_[sensor] && used && *used >= first->t) return false;
+    if (i != sensor && (same || other) && used && *used >= t) return true;
   }
-  return true;
+  return false;
+}
+
+bool HealthMonitor::must_reset_to(std::size_t sensor) const {
+  const auto since = contradicting_since(sensor);
+  if (!since) return false;
+  const auto& used = health_.sensors[sensor].last_used;
+  const bool was_absent = !used || rejected_since_[sensor].value_or(*since) - *used > kAbsence;
+  return !is_confirmed(sensor, *since, was_absent);
 }
 
 void HealthMonitor::updated(double t, bool converged) {
@@ -133,6 +149,7 @@ void HealthMonitor::forget_times() {
     sensor.last_received.reset();
     sensor.last_used.reset();
   }
+  for (auto& since : rejected_since_) since.reset();
   health_.unconverged_since.reset();
 }
 

@@ -17,9 +17,9 @@ struct ResetOptions {
   /// A measurement is rejected if its innovation exceeds this many standard deviations in any row; for a pose, in any
   /// row of the position. Infinite: uses all finite measurements.
   double gate = 5.0;
-  /// The estimate is reset to a sensor that contradicts it. At least `rejections` of its last `rejection_window`
-  /// measurements must have been rejected, over at least `reset_after`. No other sensor of the same quantity may have
-  /// been used meanwhile.
+  /// The estimate is reset to a sensor that contradicts it: if at least `rejections` of its last `rejection_window`
+  /// measurements were rejected, over at least `reset_after`, and no other sensor that can show the error was used
+  /// meanwhile. After 30 s without a used measurement, only sensors of the same quantity count.
   int rejection_window = 4, rejections = 3;
   double reset_after = 7.0;
   /// After a longer gap in the measurements, the estimate is suspended until the next one.
@@ -98,10 +98,11 @@ namespace detail {
 class HealthMonitor {
  public:
   /// A sensor and the quantity that it measures. A used measurement of one sensor confirms the estimate against the
-  /// others with the same subject.
+  /// others with the same subject, and against those that count its subject as confirming.
   struct Sensor {
     std::string name;
     int subject;
+    unsigned confirmed_by = 0;  ///< bits of other subjects
   };
   HealthMonitor(const std::vector<Sensor>& sensors, const ResetOptions& options);
 
@@ -111,8 +112,12 @@ class HealthMonitor {
   void received(std::size_t sensor, double t);
   void used(std::size_t sensor, double t, std::optional<double> sigmas);
   void rejected(std::size_t sensor, double t, double sigmas);
-  /// Returns whether this sensor contradicts the estimate, so that the estimate must be reset.
-  bool contradicts_estimate(std::size_t sensor) const;
+  /// Returns the time since which a sensor contradicts the estimate [s], or nothing.
+  std::optional<double> contradicting_since(std::size_t sensor) const;
+  /// Returns whether the estimate must be reset to a sensor that contradicts it. Not so if another sensor confirms the
+  /// estimate: a sensor that was in use and then contradicts the others is wrong, however long it persists. After an
+  /// absence, it is believed, since the estimate had no measurement of its kind.
+  bool must_reset_to(std::size_t sensor) const;
 
   void updated(double t, bool converged);
   /// Returns whether the window has not converged for too long at time t [s].
@@ -144,7 +149,13 @@ class HealthMonitor {
   OutputHealth output(double t, std::optional<double> aided) const;
 
   ResetOptions options_;
-  std::vector<int> subject_;
+  /// Returns whether another sensor, or only one of the same subject, confirms the estimate against this one since
+  /// time t [s].
+  bool is_confirmed(std::size_t sensor, double t, bool only_same) const;
+
+  std::vector<Sensor> sensors_;
+  std::vector<std::optional<double>>
+      rejected_since_;                         // per sensor: first rejection after the last used measurement [s]
   std::vector<std::deque<Verdict>> verdicts_;  // per sensor: the last rejection_window, or those within reset_after
   TrackHealth health_;
   std::size_t unconverged_ = 0;  // successive unconverged updates

@@ -8,6 +8,8 @@
 #include <tandem/studies/commands/solver_options.hpp>
 #include <tandem/studies/estimation/estimate_files.hpp>
 #include <tandem/studies/estimation/estimate_report.hpp>
+#include <tandem/studies/estimation/fit_target_delay.hpp>
+#include <tandem/studies/navigation/navigated_scenario.hpp>
 
 namespace tandem {
 namespace {
@@ -18,6 +20,7 @@ struct EstimateRequest {
   ProblemRequest problem;
   Solver solver;
   bool graduated = false, no_covariance = false;
+  std::vector<NamedByOption> fit_delay;
   std::function<void(const Problem&)> built;
   Output output;
 };
@@ -42,6 +45,37 @@ std::string incomplete_reason(const Estimate& result) {
   return why;
 }
 
+/// Fits the requested delays one after the other, each with those fitted before, and sets them in the scenario.
+std::vector<DelayFit> fit_delays(const EstimateRequest& request, const TrackingOptions& options, const Solver& solver,
+                                 Scenario& scenario) {
+  std::vector<DelayFit> fits;
+  if (request.fit_delay.empty()) return fits;
+  Solver limited = solver;
+  const Stop stop(common(solver));
+  if (needs_navigation(scenario)) {
+    NavigationOptions navigation = navigation_options(request.problem);
+    stop.limit(navigation.solver);
+    NavigatedScenario with_chaser = navigated(std::move(scenario), navigation);
+    scenario = std::move(with_chaser.scenario);
+    scenario.findings.insert(scenario.findings.end(), with_chaser.findings.begin(), with_chaser.findings.end());
+  }
+  for (const NamedByOption& sensor : request.fit_delay) {
+    if (std::any_of(fits.begin(), fits.end(), [&](const DelayFit& fit) { return fit.sensor == sensor.name; }))
+      throw Error("--fit-delay " + sensor.name + " is given twice");
+    for (const TargetSensor& s : scenario.data.sensors)
+      if (s.name == sensor.name && s.error && s.error->delay_sigma > 0)
+        throw Error("--fit-delay " + sensor.name + ": its delay is a systematic error already; remove one of both");
+    stop.limit(common(limited));
+    fits.push_back(fit_target_delay(scenario.data, sensor.name, options, limited, request.graduated));
+    for (TargetSensor& s : scenario.data.sensors)
+      if (s.name == sensor.name) s.delay = fits.back().delay;
+  }
+  const double first = scenario.data.odometry.front().t;
+  for (TargetSensor& s : scenario.data.sensors)  // a fitted delay must not shift them out of the chaser's motion
+    std::erase_if(s.measurements, [&](const Measurement& m) { return s.valid_at(m) < first; });
+  return fits;
+}
+
 /// Runs the command. An interrupt ends the solve at its best point.
 int run_estimate(const EstimateRequest& request, const CommandOptions& option) {
   Solver solver = solver_of(request, option);
@@ -50,13 +84,16 @@ int run_estimate(const EstimateRequest& request, const CommandOptions& option) {
     throw Error("--hold-out needs covariances; remove --no-covariance");
   common(solver).stop = &interrupted();
   const Stop stop(common(solver));
-  const Scenario scenario = read_problem(request.problem, option, stop);
+  Scenario scenario = read_problem(request.problem, option, stop);
   stop.limit(common(solver));
-  const Estimate result = [&] {
+  std::vector<DelayFit> delays = fit_delays(request, options, solver, scenario);
+  stop.limit(common(solver));
+  Estimate result = [&] {
     const WatchedSolve watched(common(solver), request.output);
     return estimate(scenario, options, solver, request.graduated, navigation_options(request.problem),
                     !request.no_covariance, request.built);
   }();
+  result.delays = std::move(delays);
 
   Results results;
   results.table = [&] { return report(result); };
@@ -81,6 +118,11 @@ Command estimate_command() {
             add_solver(option, request->solver, "gauss-newton; augmented-lagrangian with hard constraints");
             add_stop_criteria(option, [request]() -> SolverOptions& { return common(request->solver); });
             add_threads(option);
+            option.repeatable(
+                "--fit-delay", "SENSOR",
+                "First estimate the delay of SENSOR, which observes the target, by maximum likelihood. The "
+                "range is 0 to 3.2 s",
+                request->fit_delay, parse_name);
             option.advanced();
             option.flag("--graduated",
                         "Solve by graduated non-convexity: start with least squares and narrow the robust losses to "

@@ -94,7 +94,7 @@ Estimate navigate_and_estimate(const Scenario& scenario, const TrackingOptions& 
   Solver limited = solver;
   stop.limit(common(limited));
   Estimate result = estimate(with_chaser.scenario, options, limited, graduated, {}, covariance, built);
-  result.findings = std::move(with_chaser.findings);
+  result.findings.insert(result.findings.begin(), with_chaser.findings.begin(), with_chaser.findings.end());
   return result;
 }
 
@@ -174,6 +174,7 @@ Estimate estimate(const Scenario& scenario, const TrackingOptions& options, cons
   result.residual_blocks = problem.num_soft_blocks();
   result.hard_blocks = problem.num_hard_blocks();
   result.without_extrinsics = scenario.without_extrinsics;
+  result.findings = scenario.findings;
   if (built) built(problem);
   result.summary = solve_with(solver, graduated, stop, tracking);
   if (const std::string turned = turned_detections(scenario.data, tracking);

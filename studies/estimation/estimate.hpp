@@ -9,6 +9,7 @@
 #include <tandem/studies/estimation/likely_causes.hpp>
 #include <tandem/studies/estimation/sensor_outcomes.hpp>
 #include <tandem/studies/estimation/uncertainty.hpp>
+#include <tandem/studies/navigation/fit_delay.hpp>
 #include <tandem/studies/navigation/navigate.hpp>
 #include <tandem/studies/scenario/scenario.hpp>
 #include <tandem/studies/support/solver_choice.hpp>
@@ -55,20 +56,21 @@ struct Estimate {
   std::vector<KeyframeError> errors;
   std::vector<MeasurementOutcome> measurements;
   std::vector<SensorOutcome> sensors;
-  std::vector<std::string> without_extrinsics;     ///< Declared sensors without extrinsics.
-  std::vector<KeyframeUncertainty> uncertainty;    ///< Over keyframes, or empty.
-  FitReport fit;                                   ///< Agreement of the solution with the data and the stated noise.
-  std::vector<LikelyCause> causes;                 ///< Changes of the data that would explain misfits.
-  std::vector<Validation> held_out;                ///< Held-out measurements; empty without uncertainty.
-  std::string why_no_uncertainty;                  ///< Reason, if `uncertainty` is empty or `held_out` lacks inliers.
-  std::string cut_short;                           ///< Steps that a limit or an interrupt prevented, or empty.
-  std::vector<SuspectedOutlier> suspects;          ///< In order of decreasing distance.
-  std::vector<SystematicErrorEstimate> constants;  ///< Systematic errors of sensors.
-  std::string contradiction;                       ///< Warning if motion limits contradict the data, or empty.
+  std::vector<std::string> without_extrinsics;     ///< declared sensors without extrinsics
+  std::vector<KeyframeUncertainty> uncertainty;    ///< over keyframes, or empty
+  FitReport fit;                                   ///< agreement of the solution with the data and the stated noise
+  std::vector<LikelyCause> causes;                 ///< changes of the data that would explain misfits
+  std::vector<Validation> held_out;                ///< held-out measurements; empty without uncertainty
+  std::string why_no_uncertainty;                  ///< reason, if `uncertainty` is empty or `held_out` lacks inliers
+  std::string cut_short;                           ///< what a limit or an interrupt prevented after the solve, or empty
+  std::vector<SuspectedOutlier> suspects;          ///< in order of decreasing distance
+  std::vector<SystematicErrorEstimate> constants;  ///< systematic errors of sensors
+  std::vector<NavigationFinding> findings;         ///< problems found in the data
+  std::vector<DelayFit> delays;                    ///< fitted delays, if the caller fits them
+  std::string contradiction;                       ///< warning if motion limits contradict the data, or empty
 
   // Only if the chaser moves by its own sensors:
   std::vector<EgoSensorUse> ego_sensors;
-  std::vector<NavigationFinding> findings;        ///< problems found in the data of these sensors
   std::vector<std::pair<double, double>> splits;  ///< gaps of the IMU: begin, end [s]
   std::optional<double> dvl_scale{};              ///< estimated scale factor s; the DVL reads (1 + s) v
 };

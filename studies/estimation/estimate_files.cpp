@@ -88,6 +88,43 @@ CsvTable<StateRow> state_columns() {
   return table;
 }
 
+/// The covariance of the chaser with the target at a keyframe.
+struct CrossRow {
+  double t;
+  Eigen::MatrixXd covariance;  // in the scenario's frame
+};
+
+CsvTable<CrossRow> cross_columns() {
+  CsvTable<CrossRow> table;
+  table.add("t", "time of the keyframe [s]", [](const CrossRow& r) { return r.t; });
+  for (Eigen::Index i = 0; i < 6; ++i)
+    for (Eigen::Index j = 0; j < 6; ++j)
+      table.add(
+          "c" + std::to_string(i + 1) + std::to_string(j + 1),
+          "covariance of row i of the chaser with row j of the target, as in their files; three columns for a point",
+          [i, j](const CrossRow& r) {
+            return i < r.covariance.rows() && j < r.covariance.cols() ? CsvCell(r.covariance(i, j)) : CsvCell();
+          });
+  return table;
+}
+
+std::string cross_text(const Estimate& estimate) {
+  const CsvTable<CrossRow> table = cross_columns();
+  std::string text = table.header();
+  const auto axes = [&](Eigen::Index n) {
+    Eigen::MatrixXd A = Eigen::MatrixXd::Zero(n, n);
+    A.topLeftCorner<3, 3>() = n == 3 ? estimate.frame.world_axes() : estimate.frame.body_axes();
+    if (n == 6) A.bottomRightCorner<3, 3>() = estimate.frame.body_axes();
+    return A;
+  };
+  for (std::size_t k = 0; k < estimate.uncertainty.size(); ++k) {
+    const Eigen::MatrixXd& cross = estimate.uncertainty[k].cross;
+    if (cross.size() == 0) continue;
+    text += table.row({estimate.keyframes[k].t, axes(6) * cross * axes(cross.cols()).transpose()});
+  }
+  return text;
+}
+
 /// A down-weighted measurement.
 struct WeightRow {
   std::string sensor;
@@ -185,6 +222,7 @@ struct ErrorRow {
   const KeyframeError& error;
   const Frame& frame;
   OptionalVector three_sigma, three_sigma_rotation;
+  std::optional<double> nees;
 };
 
 CsvTable<ErrorRow> error_columns() {
@@ -197,9 +235,10 @@ CsvTable<ErrorRow> error_columns() {
 std::vector<ErrorRow> csv_error_rows(const Estimate& estimate) {
   std::vector<ErrorRow> rows;
   for (std::size_t k = 0; k < estimate.errors.size(); ++k) {
-    ErrorRow& row = rows.emplace_back(ErrorRow{estimate.errors[k], estimate.frame, {}, {}});
+    ErrorRow& row = rows.emplace_back(ErrorRow{estimate.errors[k], estimate.frame, {}, {}, {}});
     if (estimate.uncertainty.empty()) continue;
     row.three_sigma = 3 * estimate.uncertainty[k].position_sigma();
+    row.nees = relative_nees(estimate.errors[k].position_vector, estimate.uncertainty[k].relative_position);
     row.three_sigma_rotation = estimate.uncertainty[k].rotation_sigma();
     if (row.three_sigma_rotation) *row.three_sigma_rotation *= 3 * kDegrees;
   }
@@ -243,6 +282,7 @@ void write_results(const Estimate& estimate, const Scenario& scenario, const std
                     scenario.truth_target};
   write_body(estimate, scenario, chaser, folder, "chaser");
   write_body(estimate, scenario, target, folder, "target");
+  if (!estimate.uncertainty.empty()) write_file(folder / "cross_covariance.csv", cross_text(estimate));
   write_file(folder / "errors.csv", error_columns().text(csv_error_rows(estimate)));
   write_file(folder / "target_fixes.csv", fix_columns().text(fix_rows(estimate, scenario)));
   write_file(folder / "weights.csv", weight_columns().text(weight_rows(estimate)));
@@ -258,6 +298,7 @@ void write_results(const Estimate& estimate, const Scenario& scenario, const std
 std::vector<FileDescription> estimate_file_columns() {
   return {state_columns().describe("chaser_full.csv, target_full.csv"),
           error_columns().describe("errors.csv"),
+          cross_columns().describe("cross_covariance.csv"),
           fix_columns().describe("target_fixes.csv"),
           weight_columns().describe("weights.csv"),
           fit_file_columns(),

@@ -1,6 +1,7 @@
 #include <tandem/studies/estimation/error_fields.hpp>
 #include <tandem/studies/estimation/estimate_report_parts.hpp>
 #include <tandem/studies/fit/fit_text.hpp>
+#include <tandem/studies/navigation/fit_delay_json.hpp>
 #include <tandem/studies/navigation/systematic_error_estimates_json.hpp>
 
 namespace tandem {
@@ -112,7 +113,7 @@ JsonFields<Estimate> estimate_fields() {
                  for (const EgoSensorUse& s : e.ego_sensors) sensors.emplace_back(s.name, s);
                  return sensors;
                })
-      .add("findings", "sentences about implausible or missing data of the chaser's own sensors",
+      .add("findings", "sentences about implausible or missing data",
            [](const E& e) {
              std::vector<std::string> texts;
              for (const NavigationFinding& finding : e.findings) texts.push_back(finding.text());
@@ -129,6 +130,12 @@ JsonFields<Estimate> estimate_fields() {
                  if (!e.held_out.empty())
                    for (const Coverage& c : coverages(e)) named.emplace_back(c.name, c);
                  return named;
+               })
+      .add_map("fitted_delays", "SENSOR", "delays of --fit-delay", delay_fields(),
+               [](const E& e) {
+                 Named<DelayFit> fits;
+                 for (const DelayFit& fit : e.delays) fits.emplace_back(fit.sensor, fit);
+                 return fits;
                })
       .add_map("systematic_errors", "NAME", "estimated systematic errors", systematic_error_fields(),
                [](const E& e) { return by_name(e.constants); })

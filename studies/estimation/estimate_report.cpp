@@ -35,9 +35,11 @@ std::string model_line(const Estimate& estimate) {
   return text;
 }
 
-/// Describes the chaser's own sensors; empty if it moves by odometry.
+/// Returns the findings in the data, then a description of the chaser's own sensors if it moves by them.
 std::string ego_lines(const Estimate& estimate) {
-  if (estimate.ego_sensors.empty() && estimate.findings.empty()) return "";
+  std::string findings;
+  for (const NavigationFinding& finding : estimate.findings) findings += finding.text() + ".\n";
+  if (estimate.ego_sensors.empty()) return findings.empty() ? "" : "\n" + findings;
   std::vector<std::string> used;
   for (const EgoSensorUse& s : estimate.ego_sensors)
     used.push_back(s.discarded > 0 ? fmt::format("{} {} ({} discarded)", s.name, s.used, s.discarded)
@@ -45,7 +47,7 @@ std::string ego_lines(const Estimate& estimate) {
   std::string text =
       fmt::format("\nChaser and target estimated jointly from the chaser's own sensors; measurements used: {}.\n",
                   used.empty() ? "imu only" : fmt::format("{}", fmt::join(used, ", ")));
-  for (const NavigationFinding& finding : estimate.findings) text += finding.text() + ".\n";
+  text += findings;
   if (estimate.dvl_scale)
     text += fmt::format("Estimated DVL scale (reading / velocity): {:.4f}.\n", 1 + *estimate.dvl_scale);
   if (!estimate.splits.empty())
@@ -178,6 +180,7 @@ std::string report(const Estimate& estimate) {
   else if (all.compared < all.n)
     text += fmt::format("The truth covers {} of the {} keyframes.\n", all.compared, all.n);
   text += sensor_table(estimate) + coverage_table(estimate) + ego_lines(estimate);
+  for (const DelayFit& fit : estimate.delays) text += "\n" + tandem::text(fit);
   if (const std::string constants = systematic_errors_text(estimate.constants); !constants.empty())
     text += "\n" + constants;
   text += "\n" + fit_text(estimate.fit);

@@ -76,6 +76,7 @@ KeyframeUncertainty at_keyframe(const SE3& chaser, const TargetState& target, co
   u.chaser = joint.topLeftCorner<6, 6>();
   const Eigen::Index n = joint.rows() - 6;
   u.target = joint.bottomRightCorner(n, n);
+  u.cross = joint.topRightCorner(6, n);
   if (!target.rotation) {
     u.relative_position = relative_position_covariance<SE3, R3>(chaser, R3(target.position), joint);
     return u;
@@ -103,6 +104,7 @@ void add_unknown_range(const SE3& chaser, const TargetState& target, const Vecto
   Eigen::MatrixXd relative = u.relative_position;
   add_unknown_range(chaser.rotation().inverse().act(sight), relative);
   u.relative_position = relative;
+  u.cross.resize(0, 0);
 }
 
 }  // namespace

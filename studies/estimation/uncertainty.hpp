@@ -13,9 +13,10 @@ namespace tandem {
 /// translation [m], then rotation [rad], along the body axes. In planar problems, entries out of the plane are zero.
 struct KeyframeUncertainty {
   Matrix<6, 6> chaser = Matrix<6, 6>::Zero();
-  Eigen::MatrixXd target;  ///< 6 × 6 as above for a pose; 3 × 3 along the world axes [m²] for a point.
-  Matrix<3, 3> relative_position = Matrix<3, 3>::Zero();  ///< Target's position along the chaser's axes [m²].
-  std::optional<Matrix<3, 3>> relative_rotation;          ///< Relative rotation about the target's axes [rad²].
+  Eigen::MatrixXd target;  ///< 6 × 6 as above for a pose; 3 × 3 along the world axes [m²] for a point
+  Eigen::MatrixXd cross;   ///< covariance of the chaser (rows) with the target (columns); empty if unknown
+  Matrix<3, 3> relative_position = Matrix<3, 3>::Zero();  ///< of the target's position along the chaser's axes [m²]
+  std::optional<Matrix<3, 3>> relative_rotation;          ///< of the relative rotation about the target's axes [rad²]
 
   /// Returns the standard deviations of the relative position [m].
   Vector<3> position_sigma() const { return relative_position.diagonal().cwiseSqrt(); }

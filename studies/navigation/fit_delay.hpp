@@ -11,15 +11,18 @@ namespace tandem {
 struct DelayFit {
   std::string sensor;
   double delay = 0;                  ///< a measurement stamped t was valid at t − delay [s]
-  double cost_before = 0, cost = 0;  ///< cost of navigation with the given delay, and with this one
+  double cost_before = 0, cost = 0;  ///< cost with the given delay, and with this one
   /// Standard deviation from the curvature of the cost [s]. Absent if the minimum is at or next to an end of the search
-  /// range, or if navigation with a neighbouring delay does not converge.
+  /// range, or if a solve with a neighbouring delay does not converge.
   std::optional<double> sigma{};
-  int solves = 0;  ///< number of navigations
+  int solves = 0;  ///< number of solves
 };
 
-/// Fits the delay of one of the chaser's own sensors by navigating with different delays. They range from 0 to 1 s with
-/// a resolution of 5 ms. For the IMU, they range from −0.1 to 0.1 s around its given delay, with a resolution of 1 ms.
+/// Returns a sentence about the result, for a report.
+std::string text(const DelayFit& fit);
+
+/// Fits the delay of one of the chaser's own sensors by navigating with different delays: 0 to 1 s with a resolution of
+/// 5 ms, or, for the IMU, −0.1 to 0.1 s around its given delay with a resolution of 1 ms.
 ///
 /// All delays are compared on the same measurements; those that some delay shifts out of the recording are discarded.
 /// Throws Error like navigate(), and if there is no such sensor. Throws Stopped at the solver's time limit, which

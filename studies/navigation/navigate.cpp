@@ -7,6 +7,7 @@
 #include <tandem/solvers/marginals.hpp>
 #include <tandem/solvers/online/heading_alignment.hpp>
 #include <tandem/studies/fit/judged_measurements.hpp>
+#include <tandem/studies/navigation/gross_errors.hpp>
 #include <tandem/studies/navigation/navigate.hpp>
 
 namespace tandem {
@@ -26,9 +27,10 @@ class Seconds {
   std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
 };
 
-/// Returns the states at all keyframes by fixed-lag smoothing, each as it leaves the window.
+/// Returns the states at all keyframes by fixed-lag smoothing, each as it leaves the window. Suggests the measurements
+/// outside of its gate as gross errors.
 std::vector<Stamped<EgoState>> initial_guess(const NavigationData& data, const Alignment& start,
-                                             const NavigationOptions& options, const Stop& stop) {
+                                             const NavigationOptions& options, const Stop& stop, GrossErrors& errors) {
   OnlineOptions online;
   online.ego = options.ego;
   // Without an IMU, there are no biases that need a long window, and every measurement makes a keyframe.
@@ -37,7 +39,11 @@ std::vector<Stamped<EgoState>> initial_guess(const NavigationData& data, const A
   OnlineEstimator estimator(TrackingData(), online_settings(data), online);
   std::vector<Stamped<EgoState>> states;
   estimator.on_leave = [&](const Stamped<EgoState>& state) { states.push_back(state); };
+  estimator.on_reject = [&](const std::string& sensor, const Rejection& why) {
+    if (why.kind == Rejection::Kind::outside_gate) errors.suggest(sensor, why.t, why.sigmas);
+  };
   replay(data, HUGE_VAL, estimator, stop);
+  errors.keep_rare();
   const auto rest = estimator.window();
   states.insert(states.end(), rest.begin(), rest.end());
   return states;
@@ -112,30 +118,36 @@ Navigation navigate(const NavigationData& data, const NavigationOptions& options
   online.ego = options.ego;
   const Alignment start = options.start ? *options.start : align(result.data, options.alignment, online, stop);
   result.start = start;
-  result.states = initial_guess(result.data, start, options, stop);
+  GrossErrors errors(result.data);
+  result.states = initial_guess(result.data, start, options, stop, errors);
   if (result.states.size() < 2) stop.check("navigation stopped before the second keyframe");
   if (result.states.size() < 2) throw Error("navigation needs data for at least two keyframes");
   result.alignment_seconds = clock();
 
-  NavigationData placed = result.data;  // with the delays of the last solve as centres of their weak priors
-  while (true) {
+  NavigationData placed = result.data;  // with the delays of the last solve; their weak priors move along
+  for (int solves = 1;; ++solves) {
     // A further problem is built even if the limit is reached; its solve then ends at once, at the values of the one
     // before.
     const Stop building = result.solves == 0 ? stop.with_grace() : Stop();
     NavigationProblem built = make_navigation_problem(placed, result.states, start, options.ego, building);
+    errors.apply(built);
     GaussNewtonOptions solver = options.solver;
     stop.limit(solver);
     if (options.built) options.built(built.problem);
     result.summary = solve(built.problem, solver);
     ++result.solves;
     for (std::size_t k = 0; k < built.keyframes.size(); ++k) result.states[k].value = built.state(k);
-    const bool done = result.solves == kMaxSolves ||
-                      (preintegration_is_valid(built) && places_are_valid(built, placed)) ||
+    const bool done = solves == kMaxSolves || (preintegration_is_valid(built) && places_are_valid(built, placed)) ||
                       !result.summary.converged();
     if (!done) {
       for (EgoSensor& sensor : placed.sensors) sensor.delay += estimated_delay(built, sensor);
       continue;
     }
+    if (!stop.reached() && errors.revise(built)) {
+      solves = 0;
+      continue;
+    }
+    errors.remove(built, result.data, result.findings);
     result.residual_blocks = built.problem.num_soft_blocks();
     add_constants(built, placed, nullptr, result);
     if (built.dvl_scale) result.dvl_scale = built.problem.value(*built.dvl_scale).vector()[0];
@@ -146,6 +158,8 @@ Navigation navigate(const NavigationData& data, const NavigationOptions& options
     result.splits = built.splits;
     JudgedMeasurements judged;
     add_own_sensors(placed, built.measurements, options.north_east, judged);
+    const std::vector<int> rejected = errors.counts();
+    for (std::size_t i = 0; i < rejected.size(); ++i) judged.sensors[i].rejected = rejected[i];
     if (!options.covariance)
       result.why_no_covariance = "not requested";
     else if (result.summary.converged())

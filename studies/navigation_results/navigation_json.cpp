@@ -1,4 +1,5 @@
 #include <tandem/studies/fit/fit_text.hpp>
+#include <tandem/studies/navigation/fit_delay_json.hpp>
 #include <tandem/studies/navigation/systematic_error_estimates_json.hpp>
 #include <tandem/studies/navigation_results/navigation_report_parts.hpp>
 #include <tandem/studies/support/json_fields.hpp>
@@ -129,15 +130,6 @@ JsonFields<FinalBiases> bias_fields() {
            [](const B& b) { return numbers(b.accelerometer_sigma); })
       .add("gyroscope_sigma_rad_s", "standard deviation of the gyroscope's bias [rad/s]",
            [](const B& b) { return numbers(b.gyroscope_sigma); });
-}
-
-JsonFields<DelayFit> delay_fields() {
-  using D = DelayFit;
-  return JsonFields<D>()
-      .add("seconds", "fitted delay [s]", [](const D& d) { return d.delay; })
-      .add("cost", "cost with the fitted delay", [](const D& d) { return d.cost; })
-      .add("cost_as_given", "cost with the given delay", [](const D& d) { return d.cost_before; })
-      .add("sigma", "standard deviation of the delay [s]", [](const D& d) { return d.sigma; });
 }
 
 using Study = NavigationStudy;

@@ -166,10 +166,10 @@ class Comparison {
     error.orientation_sigma = pose.diagonal().tail<3>().cwiseSqrt();
     error.velocity_sigma = navigation_.covariance[k].velocity.diagonal().cwiseSqrt();
     if (!error.position) return;
-    error.position_nees = squared_distance(*error.position, S);
+    error.position_nees = normalized_squared_error(*error.position, S);
     if (!error.orientation) return;
     const Vector<6> e = (state.pose.inverse() * *truth(t)).Log();
-    error.pose_nees = squared_distance(e, pose);
+    error.pose_nees = normalized_squared_error(e, pose);
   }
 
   /// Returns the length of the true track, sampled at the keyframes [m].

@@ -144,11 +144,7 @@ std::string calibration(const NavigationStudy& study) {
     text += fmt::format("Gyroscope bias at the end [°/h]: {}\n",
                         with_sigmas(biases->gyroscope, biases->gyroscope_sigma, kDegreesPerHour));
   }
-  for (const DelayFit& fit : study.delays)
-    text += fmt::format(
-        "Delay of {} by maximum likelihood: {:.3f}{} s (cost {:.2f}, with the given delay {:.2f}; {} solves).\n",
-        fit.sensor, fit.delay, fit.sigma ? fmt::format(" ± {:.2g}", *fit.sigma) : "", fit.cost, fit.cost_before,
-        fit.solves);
+  for (const DelayFit& fit : study.delays) text += tandem::text(fit);
   if (study.navigation.dvl_scale)
     text += fmt::format("{}Estimated DVL scale (reading / velocity): {:.5f}\n", text.empty() ? "\n" : "",
                         1 + *study.navigation.dvl_scale);

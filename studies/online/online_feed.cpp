@@ -104,17 +104,18 @@ std::string timestamp_overlap_warning(const Scenario& settings) {
 
 FeedStreams::FeedStreams(const Scenario& settings) : frame_(settings.frame), planar_(settings.data.planar) {
   const auto add = [&](Kind kind, std::size_t sensor, const std::string& name, const std::filesystem::path& file,
-                       const std::string& columns, bool may_repeat) {
-    const RowFormat csv = RowFormat::csv(columns);
-    streams_.push_back({kind, sensor, name, file, kind == Kind::odometry ? RowFormat::tum() : csv, csv, may_repeat});
+                       const std::string& columns, bool may_repeat, const std::vector<double>& missing = {}) {
+    const bool odometry = kind == Kind::odometry;
+    const RowFormat plain = RowFormat::csv(columns), csv = odometry ? plain : plain.with_missing_values();
+    streams_.push_back({kind, sensor, name, file, odometry ? RowFormat::tum() : csv, csv, may_repeat, missing});
   };
   if (settings.files.odometry) add(Kind::odometry, 0, "odometry", *settings.files.odometry, pose_columns, false);
   if (settings.navigation) {
     const NavigationData& own = *settings.navigation;
-    if (own.imu) add(Kind::imu, 0, own.imu->name, settings.files.imu.value(), imu_columns, false);
+    if (own.imu) add(Kind::imu, 0, own.imu->name, settings.files.imu.value(), imu_columns, false, own.imu->missing);
     for (std::size_t i = 0; i < own.sensors.size(); ++i) {
       ego_.push_back(own.sensors[i].type);
-      add(Kind::ego, i, own.sensors[i].name, settings.files.ego[i], columns(ego_[i]), false);
+      add(Kind::ego, i, own.sensors[i].name, settings.files.ego[i], columns(ego_[i]), false, own.sensors[i].missing);
     }
   }
   for (const TargetSensor& sensor : settings.data.sensors) target_.push_back(sensor.type);
@@ -122,7 +123,7 @@ FeedStreams::FeedStreams(const Scenario& settings) : frame_(settings.frame), pla
     for (std::size_t i = 0; i < target_.size(); ++i)
       if (poses == (target_[i] == SensorType::pose))
         add(Kind::target, i, settings.data.sensors[i].name, settings.files.target[i], columns(target_[i], planar_),
-            may_repeat_times(target_[i]));
+            may_repeat_times(target_[i]), settings.data.sensors[i].missing);
 }
 
 FeedLine FeedStreams::line(std::size_t stream, const std::vector<double>& row) const {
@@ -133,20 +134,24 @@ FeedLine FeedStreams::line(std::size_t stream, const std::vector<double>& row) c
       line.data = world_pose(row.data(), frame_, planar_);
       break;
     case Kind::imu:
-      line.data = imu_sample(row.data(), frame_);
+      line.data = imu_sample(row.data(), frame_, from.missing);
       break;
     case Kind::ego:
-      line.data = ego_measurement(ego_[from.sensor], row.data(), frame_);
+      line.data = ego_measurement(ego_[from.sensor], row.data(), frame_, from.missing);
       break;
     case Kind::target:
-      line.data = target_measurement(target_[from.sensor], row.data(), frame_, planar_);
+      line.data = target_measurement(target_[from.sensor], row.data(), frame_, planar_, from.missing);
       break;
   }
   return line;
 }
 
 OnlineFeed::OnlineFeed(const Scenario& settings)
-    : streams_(settings), clocks_(clock_streams(streams_)), held_(streams_.all().size()) {
+    : streams_(settings),
+      clocks_(clock_streams(streams_)),
+      held_(streams_.all().size()),
+      disordered_(held_.size()),
+      recent_(held_.size()) {
   clocks_.on_notice = [this](const std::string& sentence) {
     if (on_notice) on_notice(sentence);
   };
@@ -160,6 +165,9 @@ std::optional<FeedLine> OnlineFeed::next() {
     } else {
       clocks_.finish();
       if (waiting_.empty()) {
+        for (auto& buffer : disordered_)
+          while (auto late = buffer.take(true)) ready_.push_back(std::move(*late));
+        if (!ready_.empty()) break;
         for (std::size_t i = 0; i < held_.size(); ++i) {
           if (!held_[i].empty()) rejected_.add(streams_.all()[i].name, kWrongClock, held_[i].size());
           held_[i].clear();
@@ -181,7 +189,8 @@ std::optional<FeedLine> OnlineFeed::next() {
 std::optional<FeedCheckpoint> OnlineFeed::checkpoint() const {
   if (!ready_.empty() || !waiting_.empty() || !clocks_.is_ready()) return {};
   FeedCheckpoint checkpoint{{}, clocks_.checkpoint(), rejected_.counts()};
-  for (std::size_t i = 0; i < held_.size(); ++i) checkpoint.rows.push_back(rows(i, held_[i].size()));
+  for (std::size_t i = 0; i < held_.size(); ++i)
+    checkpoint.rows.push_back(rows(i, held_[i].size() + disordered_[i].since_oldest()));
   return checkpoint;
 }
 
@@ -202,8 +211,6 @@ void OnlineFeed::judge(FeedLine line) {
     case StreamClocks::Verdict::hold:
       held_[stream].push_back(std::move(line));
       break;
-    case StreamClocks::Verdict::not_increasing:
-      return rejected_.add(name, "time runs backwards");
     case StreamClocks::Verdict::repeated:
       return rejected_.add(name, "repeats a time");
     case StreamClocks::Verdict::invalid:
@@ -224,10 +231,41 @@ void OnlineFeed::judge(FeedLine line) {
 }
 
 void OnlineFeed::make_ready(std::size_t stream, FeedLine line, bool time_reset) {
+  const FeedStream& from = streams_.all()[stream];
   line.t = clocks_.time(stream, line.t);
   line.time_reset = time_reset;
   std::visit([&](auto& data) { data.t = line.t; }, line.data);
-  ready_.push_back(std::move(line));
+  if (time_reset) {
+    for (auto& buffer : disordered_) buffer = {};
+    for (auto& recent : recent_) recent.clear();
+  }
+  const double t = line.t;
+  if (from.kind != Kind::odometry && from.kind != Kind::imu) {
+    if (is_repeated(stream, line)) return rejected_.add(from.name, "repeats an earlier line");
+    ready_.push_back(std::move(line));
+    return;
+  }
+  ReorderBuffer<FeedLine>& buffer = disordered_[stream];
+  if (!buffer.add(t, std::move(line))) return rejected_.add(from.name, "time runs backwards");
+  while (auto next = buffer.take()) ready_.push_back(std::move(*next));
+}
+
+/// Returns whether an earlier line had the same time and, if the times of the stream may repeat, the same numbers.
+bool OnlineFeed::is_repeated(std::size_t stream, const FeedLine& line) {
+  constexpr std::size_t kMostRecent = 4096;
+  const FeedStream& from = streams_.all()[stream];
+  std::size_t hash = 0;
+  if (from.may_repeat) {
+    const auto& m = std::get<Measurement>(line.data);
+    for (const double x : {m.position.x(), m.position.y(), m.position.z(), m.range, m.azimuth, m.elevation, m.height})
+      hash = 31 * hash + std::hash<double>()(x);
+  }
+  auto& recent = recent_[stream];
+  const auto [first, last] = recent.equal_range(line.t);
+  if (std::any_of(first, last, [&](const auto& known) { return known.second == hash; })) return true;
+  recent.emplace(line.t, hash);
+  if (recent.size() > kMostRecent) recent.erase(recent.begin());
+  return false;
 }
 
 FolderFeed::FolderFeed(const Scenario& settings) : OnlineFeed(settings) {

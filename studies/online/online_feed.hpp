@@ -13,6 +13,7 @@
 #include <vector>
 
 #include <tandem/solvers/online/stream_clocks.hpp>
+#include <tandem/studies/online/reorder_buffer.hpp>
 #include <tandem/studies/scenario/scenario.hpp>
 #include <tandem/studies/scenario/table.hpp>
 
@@ -38,8 +39,9 @@ struct FeedStream {
   std::size_t sensor;  ///< index of the sensor in the scenario's navigation or tracking data
   std::string name;    ///< "odometry" or the name of the sensor
   std::filesystem::path file;
-  RowFormat of_file, of_stream;  ///< format of a line in the file, and of a live line after its sensor name
-  bool may_repeat;               ///< whether consecutive lines may have the same time
+  RowFormat of_file, of_stream;   ///< format of a line in the file, and of a live line after its sensor name
+  bool may_repeat;                ///< whether consecutive lines may have the same time
+  std::vector<double> missing{};  ///< numbers that stand for missing data
 };
 
 /// One parsed input line, in ENU-FLU.
@@ -77,8 +79,9 @@ struct FeedCheckpoint {
 };
 
 /// Source of a scenario's measurements, line by line in order of arrival: a line stamped t arrives at t. StreamClocks
-/// assigns the time of each line. The feed counts and discards lines whose time runs backwards, repeats where it may
-/// not, or is a single outlier. Memory does not grow with the number of lines.
+/// assigns the time of each line. Lines of the odometry or the IMU that arrive in disorder are brought into order; those
+/// of other sensors may be late. The feed counts and discards lines that repeat an earlier line or its time where it
+/// may not, or whose time is a single outlier. Memory does not grow with the number of lines.
 class OnlineFeed {
  public:
   explicit OnlineFeed(const Scenario& settings);
@@ -114,11 +117,14 @@ class OnlineFeed {
  private:
   void judge(FeedLine line);
   void make_ready(std::size_t stream, FeedLine line, bool time_reset);
+  bool is_repeated(std::size_t stream, const FeedLine& line);
 
   StreamClocks clocks_;
-  std::deque<FeedLine> waiting_;            // lines that wait until the unit of stamps is known
-  std::vector<std::deque<FeedLine>> held_;  // per stream: lines after a time jump that is not yet confirmed
-  std::deque<FeedLine> ready_;              // accepted lines
+  std::deque<FeedLine> waiting_;                     // lines that wait until the unit of stamps is known
+  std::vector<std::deque<FeedLine>> held_;           // per stream: lines after a time jump that is not yet confirmed
+  std::deque<FeedLine> ready_;                       // accepted lines
+  std::vector<ReorderBuffer<FeedLine>> disordered_;  // per stream: lines of the motion
+  std::vector<std::multimap<double, std::size_t>> recent_;  // per stream: hashes of the newest lines by time
 };
 
 /// Feed that merges the files of a scenario folder by time. next() throws Error with file, line and reason if a line is

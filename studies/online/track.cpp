@@ -1,11 +1,14 @@
 #include <chrono>
+#include <cmath>
 #include <deque>
+#include <map>
 #include <thread>
 
 #include <tandem/studies/navigation/navigated_scenario.hpp>
 #include <tandem/studies/online/replay_log.hpp>
 #include <tandem/studies/online/track.hpp>
 #include <tandem/studies/support/input_file.hpp>
+#include <tandem/studies/support/limited_warnings.hpp>
 #include <tandem/studies/support/resources.hpp>
 
 namespace tandem {
@@ -60,9 +63,7 @@ class Tracker {
                    with_start(options.online, resume)),
         log_(log_options(options.online, result_.by_odometry), resume ? resume->snapshot.start : std::nullopt) {
     estimator_.on_update = [this](const OnlineUpdate& update) { record_update(update); };
-    estimator_.on_reject = [this](const std::string& sensor, const Rejection& why) {
-      if (!replaying_) result_.rejected_lines.add(sensor, reason_of(why.kind, estimator_.has_target()));
-    };
+    estimator_.on_reject = [this](const std::string& sensor, const Rejection& why) { report(sensor, why); };
     estimator_.on_reset = [this](const TrackReset& reset) {
       if (options_.on_notice && !replaying_)
         options_.on_notice(reset.why + (reset.kind == TrackReset::Kind::suspended
@@ -176,6 +177,10 @@ class Tracker {
   void process(const FeedLine& line) {
     const FeedStream& stream = feed_.streams().all()[line.stream];
     ++result_.lines;
+    if (is_missing(line)) {
+      result_.rejected_lines.add(stream.name, "missing value");
+      return warn(stream.name, stream.name + ": no value at " + std::to_string(line.t) + " s");
+    }
     if (options_.on_snapshot) log_.add(line);
     if (line.time_reset) {
       estimator_.reset();
@@ -206,8 +211,29 @@ class Tracker {
         rejection = estimator_.add_target(stream.sensor, std::get<Measurement>(line.data));
         break;
     }
-    if (rejection && !replaying_)
-      result_.rejected_lines.add(stream.name, reason_of(rejection->kind, estimator_.has_target()));
+    if (rejection) report(stream.name, *rejection);
+  }
+
+  /// Returns whether the line marks missing data (is_missing() of its row).
+  static bool is_missing(const FeedLine& line) {
+    struct {
+      bool operator()(const Stamped<SE3>&) const { return false; }
+      bool operator()(const ImuSample& s) const { return std::isnan(s.specific_force.x()); }
+      bool operator()(const EgoMeasurement& m) const { return std::isnan(m.value.x()); }
+      bool operator()(const Measurement& m) const { return std::isnan(m.position.x()); }
+    } constexpr missing;
+    return std::visit(missing, line.data);
+  }
+
+  /// Reports the first rejected lines of a sensor with their times, then only their numbers.
+  void report(const std::string& sensor, const Rejection& why) {
+    if (replaying_) return;
+    result_.rejected_lines.add(sensor, reason_of(why.kind, estimator_.has_target()));
+    if (why.kind == Rejection::Kind::implausible || why.kind == Rejection::Kind::outside_gate) warn(sensor, why.text);
+  }
+  void warn(const std::string& sensor, const std::string& sentence) {
+    if (replaying_ || !options_.on_notice) return;
+    warnings_.try_emplace(sensor, "lines of " + sensor + " rejected", options_.on_notice).first->second(sentence);
   }
 
   void add_recent(std::size_t sensor, const Measurement& m) {
@@ -300,7 +326,8 @@ class Tracker {
   ReplayLog log_;
   SE3 to_world_{};  // from the estimator's world, which restarts at the odometry pose, to that of the resumed track
   bool replaying_ = false;
-  double recorded_until_ = -HUGE_VAL;  // s: the earlier process has recorded updates up to this time
+  std::map<std::string, LimitedWarnings> warnings_;  // by sensor
+  double recorded_until_ = -HUGE_VAL;                // s: the earlier process has recorded updates up to this time
 };
 
 }  // namespace

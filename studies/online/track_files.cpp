@@ -20,6 +20,7 @@ struct ErrorRow {
   const KeyframeError& error;
   const Frame& frame;
   OptionalVector three_sigma;
+  std::optional<double> nees;
 };
 
 CsvTable<ErrorRow> error_columns(const std::vector<double>& ahead) {
@@ -81,7 +82,8 @@ void write_track(const Track& track, const TrackSummary& summary, const Scenario
     for (std::size_t i = 0; i < texts.size(); ++i) found[i].write(texts[i]);
     if (!r.new_keyframe) return;
     const TrackError error = track_error(scenario, r, options);
-    errors.write(error_table.row({error, error.relative, frame, body_sigma(frame, r, 3)}));
+    errors.write(error_table.row({error, error.relative, frame, body_sigma(frame, r, 3),
+                                  relative_nees(error.relative.position_vector, r.covariance)}));
     for (TruthFile& truth : truths) truth.add(r.t);
   });
   for (OutputFile& file : found) file.close();

@@ -4,10 +4,10 @@
 
 #include <tandem/problem/navigation/trajectory.hpp>
 #include <tandem/problem/quantile.hpp>
+#include <tandem/studies/estimation/error_columns.hpp>
 #include <tandem/studies/estimation/spread_text.hpp>
 #include <tandem/studies/navigation/systematic_error_estimates.hpp>
 #include <tandem/studies/online/track_report.hpp>
-#include <tandem/studies/support/mahalanobis.hpp>
 #include <tandem/studies/support/text.hpp>
 #include <tandem/studies/support/text_table.hpp>
 #include <tandem/studies/support/units.hpp>
@@ -37,15 +37,6 @@ std::string model_line(const Track& track, const TrackOptions& options) {
   if (std::isfinite(lag.window)) text += fmt::format(", window {:g} s", lag.window);
   if (lag.max_keyframes > 0) text += fmt::format(", at most {} keyframes", lag.max_keyframes);
   return text;
-}
-
-/// Returns eᵀ P⁻¹ e, without z if P is planar; nothing without a covariance or if P is singular.
-std::optional<double> nees_of(const Vector<3>& e, const std::optional<Matrix<3, 3>>& covariance) {
-  if (!covariance) return {};
-  const bool planar = (*covariance)(2, 2) == 0;
-  const double nees =
-      planar ? squared_distance(e.head<2>(), covariance->topLeftCorner<2, 2>()) : squared_distance(e, *covariance);
-  return std::isfinite(nees) ? std::optional(nees) : std::nullopt;
 }
 
 /// Running means and standard deviations of the errors at one type of keyframe.
@@ -116,7 +107,7 @@ TrackError track_error(const Scenario& scenario, const TrackRecord& record, cons
   if (record.target) {
     const Keyframe keyframe{record.t, record.type, record.measured, record.measured_rotation};
     error.relative = keyframe_errors(scenario, {keyframe}, {record.chaser}, {*record.target}).front();
-    if (const auto& e = error.relative.position_vector) error.nees = nees_of(*e, record.covariance);
+    if (const auto& e = error.relative.position_vector) error.nees = relative_nees(*e, record.covariance);
   }
   const auto truth = pose_at(scenario.truth_chaser, record.t);
   for (std::size_t i = 0; i < record.ahead.size(); ++i) {
@@ -127,7 +118,7 @@ TrackError track_error(const Scenario& scenario, const TrackRecord& record, cons
     const SO3& axes = scenario.truth_orientation ? truth->rotation() : record.chaser.rotation();
     const Vector<3> e = record.ahead[i]->position - axes.inverse().act(later->translation() - truth->translation());
     ahead = e.norm();
-    nees = nees_of(e, record.ahead[i]->covariance);
+    nees = relative_nees(e, record.ahead[i]->covariance);
   }
   if (!truth) return error;
   error.chaser_position = (record.chaser.translation() - truth->translation()).norm();

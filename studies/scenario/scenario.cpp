@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 
 #include <tandem/lie/error.hpp>
+#include <tandem/problem/tracking/measurement_screen.hpp>
 #include <tandem/studies/scenario/named_noise.hpp>
 #include <tandem/studies/scenario/scenario.hpp>
 #include <tandem/studies/scenario/scenario_ego.hpp>
@@ -56,6 +57,7 @@ class ScenarioReader {
     read_undeclared_sensors();
     if (!scenario_.navigation || has_odometry() || !data_.sensors.empty() || yaml_.has("noise"))
       read_noise(yaml_.section("noise"));
+    if (all_rows()) scenario_.findings = screen(data_);
     if (!scenario_.navigation &&
         std::all_of(data_.sensors.begin(), data_.sensors.end(),
                     [&](const TargetSensor& sensor) { return all_rows() && sensor.measurements.empty(); }))

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include <tandem/problem/navigation/navigation_data.hpp>
+#include <tandem/problem/navigation/navigation_checks.hpp>
 #include <tandem/problem/stop.hpp>
 #include <tandem/problem/tracking/tracking_problem.hpp>
 #include <tandem/studies/scenario/frame.hpp>
@@ -30,6 +30,7 @@ namespace tandem {
 ///     delay                                 optional: a row stamped t was valid at t − delay [s]
 ///     loss, orientation_loss                optional robust losses (orientation_loss: type pose)
 ///     error                                 optional systematic errors, see read_error()
+///     missing                               optional: numbers that stand for missing data
 ///
 /// Sensors of the types imu, dvl, depth, gps and heading are the chaser's own (see scenario_ego.hpp). A folder with
 /// such sensors needs neither odometry nor target sensors, and its `noise` needs only the entries for target sensors.
@@ -37,12 +38,13 @@ namespace tandem {
 struct Scenario {
   std::string name, description, source;
   std::filesystem::path folder;
-  Frame frame;                               ///< Frame of the files; the members below are converted to ENU-FLU.
-  TrackingData data;                         ///< Without odometry or sensors if the folder has none.
-  std::optional<NavigationData> navigation;  ///< The chaser's own sensors as in the files, not yet cleaned by check().
-  std::vector<Stamped<SE3>> truth_chaser, truth_target;  ///< Empty without truth.
-  bool truth_orientation = true;                         ///< False if the truth has positions only.
-  std::vector<std::string> without_extrinsics;  ///< Declared sensors that have neither position nor orientation.
+  Frame frame;                               ///< frame of the files; the members below are converted to ENU-FLU
+  TrackingData data;                         ///< without odometry or sensors if the folder has none
+  std::optional<NavigationData> navigation;  ///< the chaser's own sensors as in the files, not yet cleaned by check()
+  std::vector<Stamped<SE3>> truth_chaser, truth_target;  ///< empty without truth
+  bool truth_orientation = true;                         ///< false if the truth has positions only
+  std::vector<NavigationFinding> findings;      ///< poses and measurements that screen() has discarded from `data`
+  std::vector<std::string> without_extrinsics;  ///< declared sensors that have neither position nor orientation
 
   /// The files of the streams: one for each sensor of `data` and of `navigation`, in the same order.
   struct Files {

@@ -44,7 +44,7 @@ ImuSensor read_imu(const std::string& name, const YamlSection& entry, const std:
                    const Frame& frame, bool rows, const Stop& stop) {
   entry.allow_only({"type", "file", "position", "orientation", "accelerometer", "gyroscope", "accelerometer_bias_walk",
                     "gyroscope_bias_walk", "integration", "initial_accelerometer_bias", "initial_gyroscope_bias",
-                    "max_gap", "max_specific_force", "max_angular_rate", "delay"});
+                    "max_gap", "max_specific_force", "max_angular_rate", "delay", "missing"});
   ImuSensor imu;
   imu.name = name;
   imu.mount = read_extrinsics(entry, frame);
@@ -59,16 +59,17 @@ ImuSensor read_imu(const std::string& name, const YamlSection& entry, const std:
   read_positive(entry, "max_specific_force", imu.max_specific_force);
   read_positive(entry, "max_angular_rate", imu.max_angular_rate);
   const double delay = read_delay(entry, true);
+  imu.missing = read_missing(entry);
 
   const std::filesystem::path file = sensor_file(entry, folder);
   if (!rows) {
     imu.set_delay(delay);
     return imu;
   }
-  const Table table = read_csv(file, imu_columns, TimeOrder::any, stop);
+  const Table table = read_sensor_rows(file, imu_columns, TimeOrder::any, stop);
   if (table.rows() < 2) throw Error(fmt::format("{} must have at least two samples", table.file.string()));
   imu.samples.reserve(table.rows());
-  for (std::size_t i = 0; i < table.rows(); ++i) imu.samples.push_back(imu_sample(table.row(i), frame));
+  for (std::size_t i = 0; i < table.rows(); ++i) imu.samples.push_back(imu_sample(table.row(i), frame, imu.missing));
   imu.set_delay(delay);
   return imu;
 }
@@ -76,7 +77,7 @@ ImuSensor read_imu(const std::string& name, const YamlSection& entry, const std:
 EgoSensor read_other(const std::string& name, const YamlSection& entry, const std::filesystem::path& folder,
                      const Frame& frame, bool with_rows, const Stop& stop) {
   EgoSensor sensor{.name = name, .type = type_of(entry)};
-  std::vector<std::string> keys = {"type", "file", "sigma", "delay", "loss", "error"};
+  std::vector<std::string> keys = {"type", "file", "sigma", "delay", "loss", "error", "missing"};
   switch (sensor.type->mounting) {
     case EgoMounting::none:
       for (const char* key : {"position", "orientation"})
@@ -100,17 +101,19 @@ EgoSensor read_other(const std::string& name, const YamlSection& entry, const st
   sensor.mount = read_extrinsics(entry, frame);
   sensor.delay = read_delay(entry);
   sensor.loss = read_loss(entry, "loss");
+  sensor.missing = read_missing(entry);
   sensor.error = read_error(entry, rows(sensor.type));
   if (sensor.error && sensor.error->has_bias() && sensor.type->reading == EgoReading::world_vector && frame.is_ned())
     std::swap(sensor.error->bias_sigma[0], sensor.error->bias_sigma[1]);
 
   const std::filesystem::path file = sensor_file(entry, folder);
   if (!with_rows) return sensor;
-  const Table table = read_csv(file, columns(sensor.type), TimeOrder::any, stop);
+  const Table table = read_sensor_rows(file, columns(sensor.type), TimeOrder::any, stop);
   sensor.measurements.reserve(table.rows());
   for (std::size_t i = 0; i < table.rows(); ++i)
-    sensor.measurements.push_back(with_location([&] { return table.where(i); },
-                                                [&] { return ego_measurement(sensor.type, table.row(i), frame); }));
+    sensor.measurements.push_back(
+        with_location([&] { return table.where(i); },
+                      [&] { return ego_measurement(sensor.type, table.row(i), frame, sensor.missing); }));
   return sensor;
 }
 

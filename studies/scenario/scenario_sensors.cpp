@@ -14,19 +14,21 @@
 namespace tandem {
 namespace {
 
-std::vector<Measurement> measurements(SensorType type, const std::filesystem::path& file,
+std::vector<Measurement> measurements(const TargetSensor& sensor, const std::filesystem::path& file,
                                       const SensorContext& context) {
+  const SensorType type = sensor.type;
   std::vector<Measurement> result;
   if (!context.rows) return result;
-  const Table table = read_csv(file, columns(type, context.planar),
-                               may_repeat_times(type) ? TimeOrder::repeating : TimeOrder::increasing, context.stop);
+  const Table table =
+      read_sensor_rows(file, columns(type, context.planar),
+                       may_repeat_times(type) ? TimeOrder::repeating : TimeOrder::increasing, context.stop);
   for (std::size_t i = 0; i < table.rows(); ++i) {
     if (table.t(i) < context.first - kSameInstant || table.t(i) > context.last + kSameInstant)
       throw Error(fmt::format("{}: time {} is outside the time span of {}, {} to {} s", table.where(i), table.t(i),
                               context.span_of, context.first, context.last));
-    result.push_back(
-        with_location([&] { return table.where(i); },
-                      [&] { return target_measurement(type, table.row(i), context.frame, context.planar); }));
+    result.push_back(with_location(
+        [&] { return table.where(i); },
+        [&] { return target_measurement(type, table.row(i), context.frame, context.planar, sensor.missing); }));
   }
   return result;
 }
@@ -54,7 +56,7 @@ TargetSensor read_sensor(const std::string& name, const YamlSection& entry, cons
     entry.fail("type", fmt::format("sensor type {} is not supported with group SE2; use {}", sensor.type->name,
                                    sensor.type->has(measured::range) ? "range_bearing" : "group SE3"));
   std::vector<std::string> keys = {"type",  "file", "sigma", "position", "orientation", "target_position",
-                                   "delay", "loss", "error"};
+                                   "delay", "loss", "error", "missing"};
   if (sensor.type->has(measured::rotation)) keys.insert(keys.end(), {"target_orientation", "orientation_loss"});
   entry.allow_only(keys);
 
@@ -66,7 +68,8 @@ TargetSensor read_sensor(const std::string& name, const YamlSection& entry, cons
   sensor.loss = read_loss(entry, "loss");
   sensor.orientation_loss = read_loss(entry, "orientation_loss");
   sensor.error = read_error(entry, n);
-  sensor.measurements = measurements(sensor.type, sensor_file(entry, context.folder), context);
+  sensor.missing = read_missing(entry);
+  sensor.measurements = measurements(sensor, sensor_file(entry, context.folder), context);
   return sensor;
 }
 
@@ -75,7 +78,7 @@ TargetSensor read_undeclared_sensor(const std::string& name, SensorType type, co
   sensor.name = name;
   sensor.type = type;
   sensor.sigma = Eigen::VectorXd::Zero(rows(type, context.planar));
-  sensor.measurements = measurements(type, file_in(context.folder, name + ".csv"), context);
+  sensor.measurements = measurements(sensor, file_in(context.folder, name + ".csv"), context);
   return sensor;
 }
 

@@ -53,6 +53,10 @@ std::optional<SystematicError> read_error(const YamlSection& sensor, int rows) {
   return error;
 }
 
+std::vector<double> read_missing(const YamlSection& sensor) {
+  return sensor.has("missing") ? sensor.numbers("missing") : std::vector<double>();
+}
+
 std::optional<Loss> read_loss(const YamlSection& sensor, const std::string& key) {
   if (!sensor.has(key)) return {};
   try {

@@ -2,6 +2,7 @@
 
 #include <optional>
 #include <string>
+#include <vector>
 
 #include <tandem/lie/sek3.hpp>
 #include <tandem/problem/navigation/systematic_error.hpp>
@@ -24,6 +25,8 @@ double read_delay(const YamlSection& sensor, bool allow_negative = false);
 /// [s] (without it, the bias is constant). The others are standard deviations of constants. At least one key is
 /// required.
 std::optional<SystematicError> read_error(const YamlSection& sensor, int rows);
+/// Returns the numbers that stand for missing data, in the optional key `missing`, a number or a list of numbers.
+std::vector<double> read_missing(const YamlSection& sensor);
 /// Returns the robust loss in a key, e.g. "cauchy:2", or nothing if the key is missing.
 std::optional<Loss> read_loss(const YamlSection& sensor, const std::string& key);
 

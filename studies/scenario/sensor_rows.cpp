@@ -74,7 +74,26 @@ constexpr PartColumns kParts[] = {
      }},
 };
 
+bool is_zero(const double* xyzw) {
+  return std::all_of(xyzw, xyzw + 4, [](double x) { return x == 0; });
+}
+
+std::size_t num_values(std::string_view columns) {
+  return std::size_t(std::count(columns.begin(), columns.end(), ','));
+}
+
 }  // namespace
+
+bool is_missing(std::span<const double> values, std::span<const double> declared) {
+  constexpr double kMarkers[] = {9999, -9999, 99999, -99999, -32768};
+  const auto any = [&](std::span<const double> markers) {
+    return std::any_of(values.begin(), values.end(), [&](double x) {
+      return std::isnan(x) || std::find(markers.begin(), markers.end(), x) != markers.end();
+    });
+  };
+  return any(declared) || any(kMarkers) ||
+         std::all_of(values.begin(), values.end(), [](double x) { return std::abs(x) == 32.768; });
+}
 
 std::string columns(SensorType type, bool planar) {
   std::string columns = "t";
@@ -85,9 +104,17 @@ std::string columns(SensorType type, bool planar) {
 
 bool may_repeat_times(SensorType type) { return !type->has(measured::position); }
 
-Measurement target_measurement(SensorType type, const double* row, const Frame& frame, bool planar) {
+Measurement target_measurement(SensorType type, const double* row, const Frame& frame, bool planar,
+                               std::span<const double> missing) {
   Measurement m;
   m.t = *row++;
+  const bool zero_range = type->has(measured::range) && row[0] == 0;
+  const bool zero_rotation = type->has(measured::rotation) && !planar && is_zero(row + 3);
+  if (zero_range || zero_rotation || is_missing({row, num_values(columns(type, planar))}, missing)) {
+    m.position.setConstant(NAN);
+    m.range = m.azimuth = m.elevation = m.height = NAN;
+    return m;
+  }
   for (const PartColumns& part : kParts) {
     if (!type->has(part.part)) continue;
     part.read(row, frame, planar, m);
@@ -97,8 +124,14 @@ Measurement target_measurement(SensorType type, const double* row, const Frame& 
   return m;
 }
 
-EgoMeasurement ego_measurement(EgoSensorType type, const double* row, const Frame& frame) {
+EgoMeasurement ego_measurement(EgoSensorType type, const double* row, const Frame& frame,
+                               std::span<const double> missing) {
   EgoMeasurement m{*row++};
+  if ((type->reading == EgoReading::orientation && is_zero(row)) ||
+      is_missing({row, num_values(type->columns)}, missing)) {
+    m.value.setConstant(NAN);
+    return m;
+  }
   switch (type->reading) {
     case EgoReading::body_vector:
       m.value = frame.body(Vector<3>(row));
@@ -127,7 +160,11 @@ Eigen::VectorXd numbers(EgoSensorType type, const EgoMeasurement& m) {
   }
 }
 
-ImuSample imu_sample(const double* row, const Frame& frame) {
+ImuSample imu_sample(const double* row, const Frame& frame, std::span<const double> missing) {
+  if (is_missing({row + 1, num_values(imu_columns)}, missing)) {
+    const Vector<3> nothing = Vector<3>::Constant(NAN);
+    return {row[0], nothing, nothing};
+  }
   return {row[0], frame.body(Vector<3>(row + 1)), frame.body(Vector<3>(row + 4))};
 }
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <span>
 #include <string>
 
 #include <tandem/lie/error.hpp>
@@ -22,11 +23,18 @@ inline constexpr const char* pose_columns = "t,x,y,z,qx,qy,qz,qw";
 /// Returns whether a sensor of this type may have several measurements at the same time.
 bool may_repeat_times(SensorType type);
 
-Measurement target_measurement(SensorType type, const double* row, const Frame& frame, bool planar);
-EgoMeasurement ego_measurement(EgoSensorType type, const double* row, const Frame& frame);
+/// Returns whether the values of a row, without its time, stand for missing data: a value is NaN, one of `declared`,
+/// ±9999, ±99999 or -32768, or all are ±32.768 (a DVL without bottom lock). The following functions return NaN for such
+/// a row, and for a zero quaternion or a zero range.
+bool is_missing(std::span<const double> values, std::span<const double> declared);
+
+Measurement target_measurement(SensorType type, const double* row, const Frame& frame, bool planar,
+                               std::span<const double> missing = {});
+EgoMeasurement ego_measurement(EgoSensorType type, const double* row, const Frame& frame,
+                               std::span<const double> missing = {});
 /// Returns the row of a measurement in ENU-FLU, without its time.
 Eigen::VectorXd numbers(EgoSensorType type, const EgoMeasurement& m);
-ImuSample imu_sample(const double* row, const Frame& frame);
+ImuSample imu_sample(const double* row, const Frame& frame, std::span<const double> missing = {});
 /// Returns a pose in the world from a row of `pose_columns`.
 Stamped<SE3> world_pose(const double* row, const Frame& frame, bool planar);
 /// Converts a pose in the frame of the files to ENU-FLU, and projects it onto the plane if `planar`.

@@ -44,7 +44,12 @@ const std::vector<double>& RowFormat::parse(std::string_view line) {
     throw Error(fmt::format("expected {} columns ({}), found {}", names_.size(), columns_, fields_.size()));
   values_.clear();
   for (std::size_t i = 0; i < fields_.size(); ++i) {
-    const auto value = parse_number(fields_[i]);
+    const bool may_miss = missing_values_ && i > 0;
+    const auto value = may_miss && fields_[i].empty() ? std::optional(double(NAN)) : parse_number(fields_[i]);
+    if (may_miss && value && std::isnan(*value)) {
+      values_.push_back(NAN);
+      continue;
+    }
     if (!value) throw Error(fmt::format("{} is {}, not a number", names_[i], quote(fields_[i])));
     if (!std::isfinite(*value)) throw Error(fmt::format("{} is {}; numbers must be finite", names_[i], fields_[i]));
     values_.push_back(*value);
@@ -115,6 +120,12 @@ Table read_table(RowFile& rows, const Stop& stop) {
 
 Table read_csv(const std::filesystem::path& file, const std::string& header, TimeOrder order, const Stop& stop) {
   RowFile rows(file, RowFormat::csv(header), order);
+  return read_table(rows, stop);
+}
+
+Table read_sensor_rows(const std::filesystem::path& file, const std::string& header, TimeOrder order,
+                       const Stop& stop) {
+  RowFile rows(file, RowFormat::csv(header).with_missing_values(), order);
   return read_table(rows, stop);
 }
 

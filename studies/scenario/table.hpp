@@ -25,6 +25,13 @@ class RowFormat {
   static RowFormat csv(const std::string& columns) { return {columns, ','}; }  ///< e.g. "t,x,y,z"
   static RowFormat tum() { return {"t x y z qx qy qz qw", ' '}; }              ///< any number of blanks as separator
 
+  /// Returns this format with missing values: all columns but the first may be empty or NaN, and are then NaN.
+  RowFormat with_missing_values() const {
+    RowFormat format = *this;
+    format.missing_values_ = true;
+    return format;
+  }
+
   std::size_t size() const { return names_.size(); }
   const std::string& columns() const { return columns_; }
   bool has_header() const { return separator_ != ' '; }
@@ -42,6 +49,7 @@ class RowFormat {
 
   std::string columns_;
   char separator_;
+  bool missing_values_ = false;
   std::vector<std::string> names_;
   std::vector<std::string_view> fields_;
   std::vector<std::string> unquoted_;  // storage of the fields of a line with quotes
@@ -82,7 +90,7 @@ class RowFile {
   double last_t_ = 0;
 };
 
-/// All rows of a text file. The first column is t [s]; all numbers are finite.
+/// All rows of a text file. The first column is t [s]; all numbers are finite or, if the format has missing values, NaN.
 struct Table {
   std::filesystem::path file;
   std::size_t columns;
@@ -102,6 +110,9 @@ Table read_table(RowFile& rows, const Stop& stop = {});
 /// Reads a CSV file with the given header, e.g. "t,x,y,z".
 Table read_csv(const std::filesystem::path& file, const std::string& header, TimeOrder order = TimeOrder::increasing,
                const Stop& stop = {});
+/// Reads the file of a sensor, a CSV file with missing values (see RowFormat::with_missing_values()).
+Table read_sensor_rows(const std::filesystem::path& file, const std::string& header, TimeOrder order,
+                       const Stop& stop = {});
 
 /// Reads a trajectory in the TUM format: t x y z qx qy qz qw, separated by blanks. Times may repeat; see poses().
 Table read_tum(const std::filesystem::path& file, const Stop& stop = {});

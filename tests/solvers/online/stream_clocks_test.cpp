@@ -1,3 +1,6 @@
+#include <algorithm>
+#include <map>
+
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -22,7 +25,7 @@ class Feed {
     const Verdict verdict = clocks_.classify(stream, stamp);
     if (verdict == Verdict::wait) return waiting_.push_back({stream, stamp});
     if (verdict == Verdict::hold) held_[stream].push_back(stamp);
-    if (verdict == Verdict::not_increasing || verdict == Verdict::repeated || verdict == Verdict::invalid) ++discarded;
+    if (verdict == Verdict::repeated || verdict == Verdict::invalid) ++discarded;
     for (const auto& [of, lines] : clocks_.dropped()) {
       held_[of].erase(held_[of].begin(), held_[of].begin() + std::ptrdiff_t(lines));
       dropped += lines;
@@ -146,6 +149,39 @@ TEST(StreamClocks, ResetsTheTimeBaseIfTheFirstLinesAreInTheFuture) {
   EXPECT_EQ(feed.time_resets, 1u);
   EXPECT_EQ(feed.used[0].back(), 0.1 * 499);
   EXPECT_EQ(feed.used[1].back(), 48.0);
+}
+
+TEST(StreamClocks, BelievesLateFixesInDisorder) {
+  Feed feed;
+  std::multimap<double, std::pair<std::size_t, double>> arrivals;
+  for (int i = 0; i < 2000; ++i) {
+    const double t = 0.1 * i;
+    arrivals.emplace(t, std::pair(0, t));
+    if (i % 20 == 0) arrivals.emplace(t + (i * 37) % 300 * 0.1, std::pair(1, t));
+  }
+  for (const auto& [arrival, line] : arrivals) feed.give(line.first, line.second);
+  EXPECT_EQ(feed.used[0].size(), 2000u);
+  EXPECT_EQ(feed.used[1].size(), 100u);
+  std::sort(feed.used[1].begin(), feed.used[1].end());
+  for (std::size_t i = 0; i < 100; ++i) EXPECT_NEAR(feed.used[1][i], 2.0 * double(i), 1e-9);
+  EXPECT_THAT(feed.notices, IsEmpty());
+}
+
+TEST(StreamClocks, BelievesAMotionThatLags) {
+  for (const double lag : {3.0, 10.0, 40.0}) {
+    SCOPED_TRACE(lag);
+    Feed feed;
+    std::multimap<double, std::pair<std::size_t, double>> arrivals;
+    for (int i = 0; i < 2000; ++i) {
+      arrivals.emplace(0.1 * i + lag, std::pair(0, 0.1 * i));
+      if (i % 50 == 0) arrivals.emplace(0.1 * i, std::pair(1, 0.1 * i));
+    }
+    for (const auto& [arrival, line] : arrivals) feed.give(line.first, line.second);
+    EXPECT_EQ(feed.used[0].size(), 2000u);
+    EXPECT_GE(feed.used[1].size(), 39u);
+    for (const double t : feed.used[1]) EXPECT_NEAR(std::remainder(t, 5.0), 0, 1e-9);
+    EXPECT_THAT(feed.notices, IsEmpty());
+  }
 }
 
 TEST(StreamClocks, DetectsTheUnitOfTheStamps) {

@@ -14,13 +14,13 @@ TEST(TrackHealth, AContradictionNeedsRejectionsOverTime) {
   HealthMonitor slow = monitor(), fast = monitor();
   slow.rejected(kUsbl, 0, 9);
   slow.rejected(kUsbl, 8, 9);
-  EXPECT_FALSE(slow.contradicts_estimate(kUsbl)) << "only two rejections";
+  EXPECT_FALSE(slow.must_reset_to(kUsbl)) << "only two rejections";
   slow.rejected(kUsbl, 16, 9);
-  EXPECT_TRUE(slow.contradicts_estimate(kUsbl));
+  EXPECT_TRUE(slow.must_reset_to(kUsbl));
   for (int i = 0; i < 60; ++i) fast.rejected(kUsbl, 0.1 * i, 9);
-  EXPECT_FALSE(fast.contradicts_estimate(kUsbl)) << "only six seconds";
+  EXPECT_FALSE(fast.must_reset_to(kUsbl)) << "only six seconds";
   for (int i = 60; i < 75; ++i) fast.rejected(kUsbl, 0.1 * i, 9);
-  EXPECT_TRUE(fast.contradicts_estimate(kUsbl));
+  EXPECT_TRUE(fast.must_reset_to(kUsbl));
 }
 
 TEST(TrackHealth, OccasionalRejectionsAreNoContradiction) {
@@ -30,7 +30,7 @@ TEST(TrackHealth, OccasionalRejectionsAreNoContradiction) {
       m.used(kUsbl, 0.1 * i, 1.0);
     else
       m.rejected(kUsbl, 0.1 * i, 9);
-    ASSERT_FALSE(m.contradicts_estimate(kUsbl)) << i;
+    ASSERT_FALSE(m.must_reset_to(kUsbl)) << i;
   }
 }
 
@@ -40,13 +40,37 @@ TEST(TrackHealth, AnotherSensorOfTheSameSubjectConfirmsTheEstimate) {
     m.rejected(kUsbl, i, 9);
     m.used(kCamera, i, 1.0);
   }
-  EXPECT_FALSE(m.contradicts_estimate(kUsbl));
+  EXPECT_FALSE(m.must_reset_to(kUsbl));
   HealthMonitor other = monitor();
   for (int i = 0; i < 20; ++i) {
     other.rejected(kUsbl, i, 9);
     other.used(kDepth, i, 1.0);
   }
-  EXPECT_TRUE(other.contradicts_estimate(kUsbl)) << "a depth sensor has another subject";
+  EXPECT_TRUE(other.must_reset_to(kUsbl)) << "a depth sensor has another subject";
+}
+
+/// A receiver in use that steps does not win against a DVL, however long it persists. After an absence, it is believed.
+TEST(TrackHealth, ASensorThatContradictsTheOthersDoesNotWinByPersisting) {
+  constexpr std::size_t kGps = 0, kDvl = 1, kDepth = 2;
+  constexpr unsigned motion = (1u << 1) | (1u << 2);
+  const std::vector<HealthMonitor::Sensor> sensors{{"gps", 1, motion}, {"dvl", 2, motion}, {"depth", 3, motion}};
+  HealthMonitor m(sensors, {}), absent(sensors, {}), both(sensors, {}), height(sensors, {});
+  m.used(kGps, 0, 1);
+  absent.used(kGps, 0, 1);
+  for (int i = 1; i < 600; ++i) {
+    m.rejected(kGps, i, 9);
+    m.used(kDvl, i, 1);
+    EXPECT_FALSE(m.must_reset_to(kGps)) << i;
+    absent.used(kDvl, i, 1);
+    if (i > 60) absent.rejected(kGps, i, 9);
+    both.rejected(kGps, i, 9);
+    both.rejected(kDvl, i, 9);
+    height.used(kDepth, i, 1);
+    height.rejected(kDvl, i, 9);
+  }
+  EXPECT_TRUE(absent.must_reset_to(kGps));
+  EXPECT_TRUE(both.must_reset_to(kDvl)) << "nothing confirms the estimate";
+  EXPECT_TRUE(height.must_reset_to(kDvl)) << "a depth says nothing of the horizontal velocity";
 }
 
 TEST(TrackHealth, AResetForgetsRejectionsButKeepsCounts) {
@@ -58,7 +82,7 @@ TEST(TrackHealth, AResetForgetsRejectionsButKeepsCounts) {
   EXPECT_EQ(m.last_used(0, 2), 1.0);
   EXPECT_EQ(m.last_used(1, 2), -HUGE_VAL);
   m.record_reset(TrackReset::Kind::contradicted);
-  EXPECT_FALSE(m.contradicts_estimate(kUsbl));
+  EXPECT_FALSE(m.must_reset_to(kUsbl));
   EXPECT_EQ(m.health().resets, 1u);
   EXPECT_EQ(m.health().sensors[kUsbl].rejected, 18u) << "counts stay";
   m.record_reset(TrackReset::Kind::suspended);

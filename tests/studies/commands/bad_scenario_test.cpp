@@ -31,15 +31,15 @@ TEST_F(BadScenario, ErrorsInFilesNameFileAndLine) {
   EXPECT_THAT(estimate_error(), HasSubstr("usbl.csv:2: expected 4 columns"));
   folder_.write("usbl.csv", "t,x,y,z\n1,5,0,zero\n");
   EXPECT_THAT(estimate_error(), HasSubstr("usbl.csv:2: z is 'zero', not a number"));
-  folder_.write("usbl.csv", "t,x,y,z\n1,5,0,nan\n");
-  EXPECT_THAT(estimate_error(), HasSubstr("usbl.csv:2: z is nan; numbers must be finite"));
+  folder_.write("usbl.csv", "t,x,y,z\n1,5,0,inf\n");
+  EXPECT_THAT(estimate_error(), HasSubstr("usbl.csv:2: z is inf; numbers must be finite"));
   folder_.write("usbl.csv", "t,x,y,z\n1,5,0,0\n1,5,0,0\n");
   EXPECT_THAT(estimate_error(), HasSubstr("usbl.csv:3: time 1 repeats that of line 2"));
   folder_.write("usbl.csv", "t,x,y,z\n6,5,0,0\n");
   EXPECT_THAT(estimate_error(), HasSubstr("usbl.csv:2: time 6 is outside the time span of the odometry"));
   folder_.write("usbl.csv", "t,x,y,z\n");
-  folder_.write("optical.csv", "t,x,y,z,qx,qy,qz,qw\n2,5,0,0,0,0,0,0\n");
-  EXPECT_THAT(estimate_error(), HasSubstr("optical.csv:2: quaternion 0 0 0 0 has norm 0"));
+  folder_.write("optical.csv", "t,x,y,z,qx,qy,qz,qw\n2,5,0,0,0,0,0,0.5\n");
+  EXPECT_THAT(estimate_error(), HasSubstr("optical.csv:2: quaternion 0 0 0 0.5 has norm 0.5"));
   folder_.write("optical.csv", "t,x,y,z,qx,qy,qz,qw\n");
   EXPECT_THAT(estimate_error(), HasSubstr("has no measurements"));
 }

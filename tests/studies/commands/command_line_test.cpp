@@ -91,10 +91,11 @@ TEST(CommandLine, EstimatesBuiltInScenario) {
               ContainsRegex("\nposition +158 +1\\.57[0-9] ± 0\\.76[0-9] +11\\.[0-9]+ +2\\.668 ± 1\\.185\n"));
   EXPECT_THAT(run.output, ContainsRegex("\npose +624 +0\\.097 ± 0\\.044 "));
   EXPECT_THAT(run.output, ContainsRegex("\nnone +756 "));
-  EXPECT_THAT(files(out), UnorderedElementsAre("chaser.tum", "target.tum", "chaser_full.csv", "target_full.csv",
-                                               "errors.csv", "weights.csv", "fit_residuals.csv", "target_fixes.csv",
-                                               "chaser_truth.tum", "target_truth.tum", "summary.json", "run.yaml",
-                                               "trajectories.svg", "errors.svg", "error_norms.svg"));
+  EXPECT_THAT(files(out),
+              UnorderedElementsAre("chaser.tum", "target.tum", "chaser_full.csv", "target_full.csv", "errors.csv",
+                                   "cross_covariance.csv", "weights.csv", "fit_residuals.csv", "target_fixes.csv",
+                                   "chaser_truth.tum", "target_truth.tum", "summary.json", "run.yaml",
+                                   "trajectories.svg", "errors.svg", "error_norms.svg"));
   EXPECT_EQ(poses(read_tum(out / "chaser.tum")).size(), 1538u);
   EXPECT_EQ(poses(read_tum(out / "target.tum")).size(), 1538u);
   const Json summary = Json::parse(read_file(out / "summary.json"));
@@ -185,8 +186,8 @@ TEST(CommandLine, StandardOutputIsOnlyJson) {
   EXPECT_EQ(run.output, read_file(scratch.path() / "summary.json"));
   EXPECT_THAT(files(scratch.path()),
               UnorderedElementsAre("chaser.tum", "target.tum", "chaser_full.csv", "target_full.csv", "errors.csv",
-                                   "weights.csv", "fit_residuals.csv", "target_fixes.csv", "chaser_truth.tum",
-                                   "target_truth.tum", "summary.json", "run.yaml"));
+                                   "cross_covariance.csv", "weights.csv", "fit_residuals.csv", "target_fixes.csv",
+                                   "chaser_truth.tum", "target_truth.tum", "summary.json", "run.yaml"));
 }
 
 TEST(CommandLine, OutputOfLibrariesGoesToStandardError) {

@@ -37,8 +37,8 @@ TEST(EstimateFiles, WritesErrorsPerKeyframe) {
   write_results(estimate, Scenario(), folder.path());
   EXPECT_EQ(read_file(folder.path() / "errors.csv"),
             "t,type,position_error_m,orientation_error_deg,error_x_m,error_y_m,error_z_m,error_rx_deg,error_ry_deg,"
-            "error_rz_deg,three_sigma_x_m,three_sigma_y_m,three_sigma_z_m,three_sigma_rx_deg,three_sigma_ry_deg,"
-            "three_sigma_rz_deg\n0.1,position,0.5,10,,,,,,,,,,,,\n2.5,none,,,,,,,,,,,,,,\n");
+            "error_rz_deg,three_sigma_x_m,three_sigma_y_m,three_sigma_z_m,position_nees,three_sigma_rx_deg,"
+            "three_sigma_ry_deg,three_sigma_rz_deg\n0.1,position,0.5,10,,,,,,,,,,,,,\n2.5,none,,,,,,,,,,,,,,,\n");
 }
 
 /// Returns the cells of a line of a CSV file; line 0 is the header.
@@ -65,10 +65,27 @@ TEST(EstimateFiles, WritesSignedErrorsAndBoundsInScenarioFrame) {
   write_results(estimate, Scenario(), folder.path());
   EXPECT_THAT(cells(folder.path() / "errors.csv", 1),
               testing::ElementsAre("0.1", "position", "0.5", "10", "1", "-2", "-3", testing::_, testing::_, "-90",
-                                   "1.5", "3", "6", "", "", ""));
+                                   "1.5", "3", "6", "10.25", "", "", ""));
 }
 
 double number(const std::string& cell) { return std::stod(cell); }
+
+TEST(EstimateFiles, WritesTheCovarianceOfChaserAndTarget) {
+  const ScratchFolder folder;
+  Estimate estimate = made_up();
+  estimate.frame = Frame::ned_frd();
+  KeyframeUncertainty u;
+  u.target = Matrix<6, 6>::Zero();
+  u.cross = Matrix<6, 6>::Zero();
+  u.cross(0, 1) = 0.25;
+  u.cross(1, 2) = 0.5;
+  estimate.uncertainty = {u, u};
+  write_results(estimate, Scenario(), folder.path());
+  const auto row = cells(folder.path() / "cross_covariance.csv", 1);
+  ASSERT_EQ(row.size(), 37u);
+  EXPECT_EQ(number(row[2]), -0.25) << "forward with left is minus forward with right";
+  EXPECT_EQ(number(row[9]), 0.5);
+}
 
 /// The rank-one covariance δδᵀ must transform as the displacement δ itself.
 TEST(EstimateFiles, TransformsCovariancesToScenarioFrame) {

@@ -113,12 +113,12 @@ TEST_F(OnlineFeedTest, ParsesFilesAndStreamsAlike) {
   EXPECT_FALSE(stream.next() || files.next());
 }
 
-TEST_F(OnlineFeedTest, CountsLinesThatRunBackwards) {
-  folder_.write("usbl.csv", "t,x,y,z\n1,5,0,0\n0.5,5,0,0\n4.5,5,0,0\n4.5,5,0,0\n4,5,0,0\n");
+TEST_F(OnlineFeedTest, UsesLateFixesAndCountsRepeatedOnes) {
+  folder_.write("usbl.csv", "t,x,y,z\n1,5,0,0\n0.5,5,0,0\n4.5,5,0,0\n4.5,5,0,0\n4,5,0,0\n0.5,5,0,0\n");
   FolderFeed feed(settings());
-  EXPECT_EQ(arrivals(feed).size(), 10u);
+  EXPECT_EQ(arrivals(feed).size(), 12u);
   EXPECT_THAT(feed.rejected_lines().counts(),
-              ElementsAre(Pair(Pair("usbl", "repeats a time"), 1), Pair(Pair("usbl", "time runs backwards"), 2)));
+              ElementsAre(Pair(Pair("usbl", "repeats a time"), 1), Pair(Pair("usbl", "repeats an earlier line"), 1)));
 }
 
 TEST_F(OnlineFeedTest, DiscardsSingleTimeJumps) {
@@ -151,7 +151,7 @@ TEST_F(OnlineFeedTest, WarnsOfMalformedLinesOfStream) {
   for (const char* file : {"chaser_odometry.tum", "usbl.csv", "optical.csv"})
     std::filesystem::remove(folder_.path() / file);
   const Input input(
-      "# by hand\r\n\nodometry,0,0,0,0,0,0,0,1\r\nusbk,1,5,0,0\nusbl,1,5,0\nusbl,1,5,0,nan\noptical,1,5,0,0,0,0,0,0\n" +
+      "# by hand\r\n\nodometry,0,0,0,0,0,0,0,1\r\nusbk,1,5,0,0\nusbl,1,5,0\nusbl,1,5,0,inf\noptical,1,5,0,0,0,0,0,0.5\n" +
       ("usbl,1,2," + std::string(10'000, '3')) + ",4\nusbl,1,5,0,0");
   std::vector<std::string> warnings;
   const std::atomic<bool> stop{false};
@@ -160,8 +160,8 @@ TEST_F(OnlineFeedTest, WarnsOfMalformedLinesOfStream) {
   EXPECT_THAT(arrivals(feed), ElementsAre("odometry 0.00", "usbl 1.00"));
   EXPECT_THAT(warnings, ElementsAre(HasSubstr("here:4: unknown sensor 'usbk'; did you mean usbl?"),
                                     HasSubstr("here:5: expected 4 columns (t,x,y,z), found 3"),
-                                    HasSubstr("here:6: z is nan; numbers must be finite"),
-                                    HasSubstr("here:7: quaternion 0 0 0 0 has norm 0"),
+                                    HasSubstr("here:6: z is inf; numbers must be finite"),
+                                    HasSubstr("here:7: quaternion 0 0 0 0.5 has norm 0.5"),
                                     HasSubstr("here:8: the line is longer than 4096 characters")));
   EXPECT_THAT(feed.rejected_lines().counts(),
               ElementsAre(Pair(Pair("optical", "malformed"), 1), Pair(Pair("unknown", "malformed"), 1),

@@ -184,8 +184,17 @@ TEST_F(ScenarioSensors, AcceptsVerticalDirection) {
   EXPECT_EQ(sonar().measurements.size(), 1u);
 }
 
+TEST_F(ScenarioSensors, DiscardsRowsWithoutAValue) {
+  add("type: range, sigma: 1, missing: [-1, 77]",
+      "t,range\n1,20\n1.1,0\n1.2,nan\n1.3,\n1.4,-1\n1.5,77\n1.6,9999\n1.7,-32768\n1.8,21\n");
+  const Scenario scenario = read_scenario(folder_.path());
+  ASSERT_EQ(scenario.findings.size(), 1u);
+  EXPECT_EQ(scenario.findings[0].count, 7u);
+  EXPECT_EQ(sonar().measurements.size(), 2u);
+}
+
 TEST_F(ScenarioSensors, RejectsRangesThatAreNotPositive) {
-  for (const char* range : {"0", "-2"}) {
+  for (const char* range : {"-0.5", "-2"}) {
     expect_error_at("sonar.csv:2: ", "type: range, sigma: 1", std::string("t,range\n1,") + range + "\n",
                     std::string("range ") + range + " m; a range must be above zero");
     expect_error_at("sonar.csv:2: ", kSpherical, std::string("t,range,azimuth,elevation\n1,") + range + ",0,0\n",

@@ -1,0 +1,147 @@
+#include <algorithm>
+#include <cmath>
+
+#include <tandem/problem/navigation/imu_screen.hpp>
+
+namespace tandem {
+namespace {
+
+constexpr double kMaxReadForce = 1000, kMaxReadRate = 100;  // m/s², rad/s; no vehicle's sensor reads more
+constexpr double kBeyondLimit = 1.5;  // times a declared limit; scale factors may exceed it slightly
+constexpr double kNoGravity = 1;      // m/s²
+constexpr double kUnusual = 5;        // typical deviations
+// Deviations from the level that a vehicle reaches within a sample.
+constexpr double kForceStep = 20, kRateStep = 5;       // m/s², rad/s
+constexpr double kLevelTime = 1, kDeviationTime = 10;  // s, averaging times
+constexpr std::size_t kSamplesForLevel = 50;           // accepted samples before spikes are judged
+constexpr double kNewLevelTime = 0.5;                  // s; spikes over this time and kSamplesForLevel are a new level
+constexpr double kMinSteadyForce = 3, kMaxSteadyForce = 30;  // m/s²; possible magnitudes of a new level
+constexpr std::size_t kFrozenSamples = 10;
+constexpr double kFrozenTime = 0.05;  // s
+constexpr double kRunRatio = 20;      // a run of equal samples is unusual if it exceeds this multiple of the mean run
+
+double with_default(double limit, double otherwise) { return limit > 0 ? kBeyondLimit * limit : otherwise; }
+
+bool equal(const ImuSample& a, const ImuSample& b) {
+  return a.specific_force == b.specific_force && a.angular_rate == b.angular_rate;
+}
+
+}  // namespace
+
+std::string_view text(ImuFault fault) {
+  switch (fault) {
+    case ImuFault::missing:
+      return "have no value";
+    case ImuFault::out_of_range:
+      return "are beyond the range of the sensor";
+    case ImuFault::no_gravity:
+      return "show no gravity";
+    case ImuFault::frozen:
+      return "repeat the values of all axes";
+    case ImuFault::spike:
+      break;
+  }
+  return "are far from the samples before";
+}
+
+ImuScreen::ImuScreen(const ImuSensor& sensor)
+    : max_force_(with_default(sensor.max_specific_force, kMaxReadForce)),
+      max_rate_(with_default(sensor.max_angular_rate, kMaxReadRate)),
+      saturated_force_(sensor.max_specific_force > 0 ? sensor.max_specific_force : HUGE_VAL),
+      saturated_rate_(sensor.max_angular_rate > 0 ? sensor.max_angular_rate : HUGE_VAL) {
+  force_.limit = kForceStep;
+  rate_.limit = kRateStep;
+}
+
+void ImuScreen::Level::add(const Vector<3>& value, double weight, double slow_weight) {
+  deviation += slow_weight * ((value - mean).norm() - deviation);
+  mean += weight * (value - mean);
+}
+
+std::optional<ImuFault> ImuScreen::judge(ImuSample& sample) {
+  const auto found = fault(sample);
+  if (found != ImuFault::missing) last_ = sample;
+  if (found) return found;
+  const bool after_gap = last_used_ && gap_;
+  sample.gap = after_gap ? sample.t - last_used_->t : 0;
+  gap_ = false;
+  learn(sample);
+  last_used_ = sample;
+  return {};
+}
+
+std::optional<ImuFault> ImuScreen::fault(const ImuSample& sample) {
+  const auto found = [&]() -> std::optional<ImuFault> {
+    if (!sample.specific_force.allFinite() || !sample.angular_rate.allFinite()) return ImuFault::missing;
+    const bool frozen = is_frozen(sample);
+    if (sample.specific_force.cwiseAbs().maxCoeff() > max_force_ ||
+        sample.angular_rate.cwiseAbs().maxCoeff() > max_rate_)
+      return ImuFault::out_of_range;
+    if (lacks_gravity(sample)) return ImuFault::no_gravity;
+    if (frozen) return ImuFault::frozen;
+    if (!is_saturated(sample) && is_spike(sample)) return ImuFault::spike;
+    return {};
+  }();
+  gap_ |= found.has_value();
+  return found;
+}
+
+/// Returns whether the specific force is so small that the sensor does not work. Under strong vibration, small values
+/// occur.
+bool ImuScreen::lacks_gravity(const ImuSample& sample) const {
+  if (sample.specific_force.isZero(0)) return true;
+  if (!(sample.specific_force.norm() < kNoGravity)) return false;
+  return used_ < kSamplesForLevel || (sample.specific_force - force_.mean).norm() > kUnusual * force_.deviation;
+}
+
+/// Returns whether an axis is at its declared limit. Such samples are wrong, but better than none.
+bool ImuScreen::is_saturated(const ImuSample& sample) const {
+  return sample.specific_force.cwiseAbs().maxCoeff() >= saturated_force_ ||
+         sample.angular_rate.cwiseAbs().maxCoeff() >= saturated_rate_;
+}
+
+/// Returns whether the sample is in a run of equal samples that quantisation does not explain. A recording that never
+/// changes is synthetic, not frozen.
+bool ImuScreen::is_frozen(const ImuSample& sample) {
+  ++samples_;
+  if (!last_ || !equal(*last_, sample)) {
+    ++runs_;
+    run_ = 1;
+    run_begin_ = sample.t;
+    return false;
+  }
+  ++run_;
+  const double mean = double(samples_ - run_) / double(std::max<std::size_t>(runs_ - 1, 1));
+  return runs_ > kFrozenSamples && run_ > kFrozenSamples && sample.t - run_begin_ > kFrozenTime &&
+         double(run_) > kRunRatio * mean;
+}
+
+bool ImuScreen::is_spike(const ImuSample& sample) {
+  if (used_ < kSamplesForLevel || !(force_.is_far(sample.specific_force) || rate_.is_far(sample.angular_rate))) {
+    spikes_ = 0;
+    return false;
+  }
+  if (spikes_++ == 0) first_spike_ = sample.t;
+  const double force = sample.specific_force.norm();
+  if (spikes_ <= kSamplesForLevel || sample.t - first_spike_ < kNewLevelTime || force < kMinSteadyForce ||
+      force > kMaxSteadyForce)
+    return true;
+  used_ = spikes_ = 0;
+  return false;
+}
+
+void ImuScreen::learn(const ImuSample& sample) {
+  if (used_++ == 0) {
+    force_.mean = sample.specific_force;
+    rate_.mean = sample.angular_rate;
+    return;
+  }
+  const double dt = last_used_ ? sample.t - last_used_->t : 0;
+  const double start = 1.0 / double(used_);  // a plain mean at the start
+  const double fast = std::max(start, std::min(1.0, dt / kLevelTime));
+  const double slow = std::max(start, std::min(1.0, dt / kDeviationTime));
+  force_.add(sample.specific_force, fast, slow);
+  rate_.add(sample.angular_rate, fast, slow);
+}
+
+}  // namespace tandem

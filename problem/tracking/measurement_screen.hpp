@@ -1,0 +1,44 @@
+#pragma once
+
+#include <vector>
+
+#include <tandem/problem/navigation/navigation_checks.hpp>
+#include <tandem/problem/navigation/reading_screen.hpp>
+#include <tandem/problem/tracking/tracking_data.hpp>
+
+namespace tandem {
+
+/// Returns the numbers of a target measurement: those that its sensor measures.
+Reading reading(SensorType type, const Measurement& m);
+/// Returns the options for a sensor that observes the target.
+ReadingScreen::Options screen_options(const TargetSensor& sensor);
+
+/// Judges the poses of an odometry one by one, in time order.
+class OdometryScreen {
+ public:
+  enum class Verdict {
+    use,
+    missing,     ///< not finite, or farther than 1e8 m from the origin
+    displaced,   ///< farther from the last used pose than the vehicle can move
+    new_origin,  ///< the fifth successive displaced pose that continues the others: the odometry has a new origin
+  };
+  /// Returns whether to use the pose. `new_origin` makes the displaced poses before it usable, too.
+  Verdict judge(const Stamped<SE3>& pose);
+  /// Returns the displaced poses since the last used one.
+  const std::vector<Stamped<SE3>>& displaced() const { return displaced_; }
+  void clear() { *this = {}; }
+
+ private:
+  bool can_follow(const Stamped<SE3>& before, const Stamped<SE3>& after) const;
+  void learn(const Stamped<SE3>& pose);
+
+  std::optional<Stamped<SE3>> last_;
+  std::vector<Stamped<SE3>> displaced_;
+  double speed_ = 0, turn_rate_ = 0;  // typical ones [m/s, rad/s]
+  int steps_ = 0;                     // used poses
+};
+
+/// Discards poses and measurements whose values are not believed. Returns the findings.
+std::vector<NavigationFinding> screen(TrackingData& data);
+
+}  // namespace tandem

@@ -1,0 +1,46 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include <tandem/problem/navigation/navigation_checks.hpp>
+#include <tandem/problem/navigation/navigation_problem.hpp>
+
+namespace tandem {
+
+/// The measurements of a recording that contradict the others by far, and therefore do not count. The online first pass
+/// suggests them; the residuals of each batch solution confirm them, clear them, or find more. A sensor whose residuals
+/// are all larger than its stated noise has a wrong noise, not gross errors.
+class GrossErrors {
+ public:
+  explicit GrossErrors(const NavigationData& data);
+
+  /// Suggests the measurement of a sensor that is valid at t [s], with its normalised innovation.
+  void suggest(const std::string& sensor, double t, double sigmas);
+  /// Discards the suggestions for sensors of which more than a third of the measurements are suggested.
+  void keep_rare();
+
+  /// Takes the rejected measurements out of the problem, except for residuals without influence.
+  void apply(NavigationProblem& built) const;
+  /// Judges all measurements by their residuals at the solution. Returns whether the problem must be solved again.
+  bool revise(const NavigationProblem& built);
+  /// Removes the rejected measurements from a solved problem and from the data, and reports them.
+  void remove(NavigationProblem& built, NavigationData& data, std::vector<NavigationFinding>& findings) const;
+
+  /// Returns the number of rejected measurements of each sensor.
+  std::vector<int> counts() const;
+
+ private:
+  struct Verdict {
+    bool rejected = false, cleared = false;
+    double sigmas = 0;
+  };
+  Verdict& of(const PlacedEgoMeasurement& m) { return verdicts_[m.sensor][m.index]; }
+  const Verdict& of(const PlacedEgoMeasurement& m) const { return verdicts_[m.sensor][m.index]; }
+
+  const NavigationData& data_;
+  std::vector<std::vector<Verdict>> verdicts_;  // by sensor and measurement
+  int revisions_ = 0;
+};
+
+}  // namespace tandem

@@ -1,0 +1,63 @@
+#include <cmath>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <tandem/problem/tracking/measurement_screen.hpp>
+
+namespace tandem {
+namespace {
+
+using ::testing::HasSubstr;
+using Verdict = OdometryScreen::Verdict;
+
+Stamped<SE3> pose_at(double t, double ahead = 0) { return {t, SE3(SO3(), Vector<3>(t + ahead, 0, 0))}; }
+
+TEST(OdometryScreen, DiscardsSinglePosesThatTheVehicleCannotReach) {
+  OdometryScreen screen;
+  for (int i = 0; i < 100; ++i) EXPECT_EQ(screen.judge(pose_at(0.1 * i)), Verdict::use) << i;
+  for (const double ahead : {8.0, 300.0, 1e6}) EXPECT_EQ(screen.judge(pose_at(10, ahead)), Verdict::displaced) << ahead;
+  EXPECT_EQ(screen.judge(pose_at(10, 1e12)), Verdict::missing);
+  EXPECT_EQ(screen.judge(pose_at(10.1)), Verdict::use);
+}
+
+TEST(OdometryScreen, FiveConsistentPosesEstablishANewOrigin) {
+  OdometryScreen screen;
+  for (int i = 0; i < 100; ++i) screen.judge(pose_at(0.1 * i));
+  for (int i = 100; i < 104; ++i) EXPECT_EQ(screen.judge(pose_at(0.1 * i, 50)), Verdict::displaced);
+  EXPECT_EQ(screen.judge(pose_at(10.4, 50)), Verdict::new_origin);
+  EXPECT_EQ(screen.judge(pose_at(10.5, 50)), Verdict::use);
+}
+
+TEST(MeasurementScreen, DiscardsTheLinesOfARecordingThatAreNotBelieved) {
+  TrackingData data;
+  for (int i = 0; i < 300; ++i) data.odometry.push_back(pose_at(0.1 * i, i == 150 ? 500 : 0));
+  TargetSensor usbl;
+  usbl.name = "usbl";
+  usbl.sigma = Vector<3>::Ones();
+  for (int i = 0; i < 30; ++i) usbl.measurements.push_back({.t = 1.0 * i, .position = {20 + 0.1 * i, 3, -1}});
+  usbl.measurements[5].position.setZero();
+  usbl.measurements[7].position.setConstant(std::nan(""));
+  for (int i = 20; i < 28; ++i) usbl.measurements[std::size_t(i)].position = {22, 3, -1};
+  data.sensors = {usbl};
+  const auto findings = screen(data);
+  EXPECT_EQ(data.odometry.size(), 299u);
+  EXPECT_EQ(data.sensors[0].measurements.size(), 30u - 2u - 7u);
+  ASSERT_EQ(findings.size(), 4u);
+  EXPECT_THAT(findings[0].text(), HasSubstr("odometry: dropped 1 line at 15 s"));
+  EXPECT_THAT(findings[1].text(), HasSubstr("usbl: dropped 1 line at 7 s with NaN"));
+  EXPECT_THAT(findings[2].text(), HasSubstr("usbl: dropped 1 line at 5 s with exact zeros"));
+  EXPECT_THAT(findings[3].text(), HasSubstr("usbl: dropped 7 lines between 21 and 27 s with a repeated value"));
+}
+
+TEST(MeasurementScreen, KeepsPosesAfterAJumpOfTheOdometry) {
+  TrackingData data;
+  for (int i = 0; i < 300; ++i) data.odometry.push_back(pose_at(0.1 * i, i >= 150 ? 500 : 0));
+  const auto findings = screen(data);
+  EXPECT_EQ(data.odometry.size(), 300u);
+  ASSERT_EQ(findings.size(), 1u);
+  EXPECT_EQ(findings[0].text(), "odometry: jumps to a new origin at 15 s");
+}
+
+}  // namespace
+}  // namespace tandem

@@ -1,0 +1,77 @@
+#include <functional>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <tandem/studies/navigation/navigate.hpp>
+#include <tandem/studies/simulation/simulate_dive.hpp>
+
+namespace tandem {
+namespace {
+
+using ::testing::HasSubstr;
+
+EgoSensor& sensor_of(NavigationData& data, EgoSensorType type) {
+  for (EgoSensor& sensor : data.sensors)
+    if (sensor.type == type) return sensor;
+  throw Error("the dive has no such sensor");
+}
+
+struct Case {
+  std::string name, sensor;
+  std::function<void(NavigationData&)> change;
+};
+
+/// One wrong value, or a burst of them, hardly moves a state, and the findings name the sensor.
+TEST(GrossErrors, AreNamedAndDoNotMoveTheStates) {
+  const SimulatedDive dive = simulate_dive({.grade = Grade::tactical, .minutes = 2});
+  NavigationOptions options;
+  options.covariance = false;
+  const Navigation clean = navigate(dive.data, options);
+  std::vector<Case> cases;
+  for (const double wrong : {100.0, 1e3, 1e5}) {
+    cases.push_back(
+        {"accelerometer", "imu", [=](NavigationData& d) { d.imu->samples[6000].specific_force.x() = wrong; }});
+    cases.push_back({"gyroscope", "imu", [=](NavigationData& d) { d.imu->samples[6000].angular_rate.z() = wrong; }});
+  }
+  const auto burst = [&cases](const std::string& name, EgoSensorType type, std::size_t first, std::size_t n,
+                              const Vector<3>& value) {
+    cases.push_back({name, "", [=](NavigationData& d) {
+                       EgoSensor& sensor = sensor_of(d, type);
+                       for (std::size_t i = first; i < first + n; ++i) sensor.measurements[i].value = value;
+                     }});
+    cases.back().sensor = std::string(tandem::name(type));
+  };
+  burst("DVL without bottom lock", EgoSensorType::dvl, 200, 1, Vector<3>::Constant(-32.768));
+  burst("DVL 3 m/s off", EgoSensorType::dvl, 200, 1, {4, 0, 0});
+  burst("DVL zeros", EgoSensorType::dvl, 200, 30, Vector<3>::Zero());
+  burst("depth in air", EgoSensorType::depth, 400, 1, Vector<3>::Zero());
+  burst("depth 300 m off", EgoSensorType::depth, 400, 1, {0, 0, -300});
+  burst("GPS far away", EgoSensorType::gps, 5, 1, {-4e6, 7e6, 0});
+  for (const Case& c : cases) {
+    SCOPED_TRACE(c.name);
+    NavigationData data = dive.data;
+    c.change(data);
+    const Navigation found = navigate(data, options);
+    EXPECT_TRUE(found.summary.converged());
+    std::string findings;
+    for (const NavigationFinding& finding : found.findings) findings += finding.text() + "\n";
+    EXPECT_THAT(findings, HasSubstr(c.sensor + ": "));
+    double apart = 0;
+    for (std::size_t k = 0; k < std::min(found.states.size(), clean.states.size()); ++k)
+      apart =
+          std::max(apart, (found.states[k].value.pose.translation() - clean.states[k].value.pose.translation()).norm());
+    EXPECT_LT(apart, 0.3) << findings;
+  }
+}
+
+TEST(GrossErrors, AreNotFoundInOrdinaryNoise) {
+  const SimulatedDive dive = simulate_dive({.grade = Grade::tactical, .minutes = 2, .seed = 5});
+  NavigationOptions options;
+  options.covariance = false;
+  for (const NavigationFinding& finding : navigate(dive.data, options).findings)
+    EXPECT_EQ(finding.kind, NavigationFinding::Kind::silent) << finding.text();
+}
+
+}  // namespace
+}  // namespace tandem
