@@ -1,5 +1,6 @@
 #include <tandem/lie/error.hpp>
 #include <tandem/solvers/augmented_lagrangian.hpp>
+#include <tandem/solvers/persistent_solve.hpp>
 #include <tandem/solvers/session.hpp>
 
 namespace tandem {
@@ -13,7 +14,11 @@ std::string why_unsupported(const Problem& problem, const AugmentedLagrangianOpt
 Summary solve(Problem& problem, const AugmentedLagrangianOptions& options) {
   if (const std::string why = why_unsupported(problem, options); !why.empty())
     return detail::rejection("augmented-lagrangian", options, why);
-  return detail::LevenbergMarquardt(problem, "augmented-lagrangian", options).solve(options.initial_penalty);
+  return detail::analyse(problem, options)->solve();
+}
+
+std::unique_ptr<detail::PersistentSolve> detail::analyse(Problem& problem, const AugmentedLagrangianOptions& options) {
+  return std::make_unique<LevenbergMarquardt>(problem, "augmented-lagrangian", options, &options.initial_penalty);
 }
 
 }  // namespace tandem

@@ -1,4 +1,5 @@
 #include <tandem/solvers/gauss_newton.hpp>
+#include <tandem/solvers/persistent_solve.hpp>
 #include <tandem/solvers/session.hpp>
 
 namespace tandem {
@@ -13,7 +14,11 @@ std::string why_unsupported(const Problem& problem, const GaussNewtonOptions& op
 Summary solve(Problem& problem, const GaussNewtonOptions& options) {
   if (const std::string why = why_unsupported(problem, options); !why.empty())
     return detail::rejection("gauss-newton", options, why);
-  return detail::LevenbergMarquardt(problem, "gauss-newton", options).solve();
+  return detail::analyse(problem, options)->solve();
+}
+
+std::unique_ptr<detail::PersistentSolve> detail::analyse(Problem& problem, const GaussNewtonOptions& options) {
+  return std::make_unique<LevenbergMarquardt>(problem, "gauss-newton", options);
 }
 
 }  // namespace tandem

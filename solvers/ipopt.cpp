@@ -15,6 +15,7 @@
 #include <tandem/solvers/ipopt_linear_solver.hpp>
 #include <tandem/solvers/ipopt_nlp.hpp>
 #include <tandem/solvers/name_suggestions.hpp>
+#include <tandem/solvers/persistent_solve.hpp>
 #include <tandem/solvers/stationary_violation.hpp>
 
 namespace tandem {
@@ -243,14 +244,30 @@ std::string why_unsupported(const Problem& problem, const IpoptOptions& options)
   return why_not(problem, options);
 }
 
-Summary solve(Problem& problem, const IpoptOptions& options) {
+namespace {
+
+class IpoptSolve final : public detail::PersistentSolve {
+ public:
+  IpoptSolve(Problem& problem, const IpoptOptions& options) : problem_(problem), options_(options) {}
+  bool is_current() const override { return !nlp_ || nlp_->is_current(); }
+  Summary solve() override;
+
+ private:
+  Problem& problem_;
+  const IpoptOptions& options_;
+  std::optional<NlpEvaluator> nlp_;  // made by the first solve, in whose time it counts
+};
+
+Summary IpoptSolve::solve() {
+  const IpoptOptions& options = options_;
   const bool own_systems = uses_block_cholesky(options);
   std::unique_lock lock(mumps_mutex(), std::defer_lock);
   if (!own_systems) lock.lock();
   const Application app(options);
-  if (const std::string why = why_not(problem, options); !why.empty()) return detail::rejection("ipopt", options, why);
   detail::Session session("ipopt", options);
-  NlpEvaluator nlp(problem);
+  if (!nlp_) nlp_.emplace(problem_);
+  NlpEvaluator& nlp = *nlp_;
+  nlp.reset();
   nlp.use_threads(options.threads);
   if (!session.start(nlp, [&] { return nlp.cost(); })) return session.summary;
   double feasible = detail::kConstraintTolerance;
@@ -303,6 +320,18 @@ Summary solve(Problem& problem, const IpoptOptions& options) {
   session.conclude(nlp, 10 * feasible);
   session.summary.linear_solver_seconds = session.summary.seconds - session.summary.evaluation_seconds;
   return session.summary;
+}
+
+}  // namespace
+
+Summary solve(Problem& problem, const IpoptOptions& options) {
+  if (const std::string why = why_unsupported(problem, options); !why.empty())
+    return detail::rejection("ipopt", options, why);
+  return IpoptSolve(problem, options).solve();
+}
+
+std::unique_ptr<detail::PersistentSolve> detail::analyse(Problem& problem, const IpoptOptions& options) {
+  return std::make_unique<IpoptSolve>(problem, options);
 }
 
 }  // namespace tandem

@@ -1,4 +1,5 @@
 #include <tandem/solvers/ipopt.hpp>
+#include <tandem/solvers/persistent_solve.hpp>
 #include <tandem/solvers/session.hpp>
 
 namespace tandem {
@@ -12,5 +13,7 @@ std::string why_unsupported(const Problem&, const IpoptOptions&) {
 Summary solve(Problem& problem, const IpoptOptions& options) {
   return detail::rejection("ipopt", options, why_unsupported(problem, options));
 }
+
+std::unique_ptr<detail::PersistentSolve> detail::analyse(Problem&, const IpoptOptions&) { return nullptr; }
 
 }  // namespace tandem

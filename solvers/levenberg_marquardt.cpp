@@ -330,17 +330,18 @@ struct LevenbergMarquardt::Parts {
   bool used = false;
 };
 
-LevenbergMarquardt::LevenbergMarquardt(Problem& problem, const char* solver, const LevenbergMarquardtOptions& options)
-    : parts_(std::make_unique<Parts>(problem, solver, options)) {}
+LevenbergMarquardt::LevenbergMarquardt(Problem& problem, const char* solver, const LevenbergMarquardtOptions& options,
+                                       const double* penalty)
+    : parts_(std::make_unique<Parts>(problem, solver, options)), penalty_(penalty) {}
 LevenbergMarquardt::~LevenbergMarquardt() = default;
 
 bool LevenbergMarquardt::is_current() const { return parts_->nlp.is_current(); }
 
-Summary LevenbergMarquardt::solve(double penalty) {
+Summary LevenbergMarquardt::solve() {
   if (std::exchange(parts_->used, true)) parts_->session.restart();  // the analysis counts as time of the first solve
   parts_->nlp.use_threads(parts_->options.threads);
   parts_->nlp.reset();
-  parts_->model->restart(penalty);
+  parts_->model->restart(penalty_ ? *penalty_ : 0.0);
   DampedSteps(parts_->nlp, parts_->session, *parts_->model, parts_->options).run();
   return parts_->session.summary;
 }

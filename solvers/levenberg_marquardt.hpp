@@ -4,6 +4,7 @@
 #include <string>
 
 #include <tandem/problem/problem.hpp>
+#include <tandem/solvers/persistent_solve.hpp>
 #include <tandem/solvers/summary.hpp>
 
 namespace tandem {
@@ -23,20 +24,21 @@ namespace detail {
 
 /// Minimises the cost or, with hard constraints, the augmented Lagrangian. The patterns, the symbolic analysis and the
 /// memory belong to one problem. They stay valid while the variables and blocks of the problem stay the same.
-class LevenbergMarquardt {
+class LevenbergMarquardt final : public PersistentSolve {
  public:
-  /// `solver` is the name in the summary. The problem and the options must outlive this object.
-  LevenbergMarquardt(Problem& problem, const char* solver, const LevenbergMarquardtOptions& options);
-  ~LevenbergMarquardt();
+  /// `solver` is the name in the summary. `penalty` is the initial weight of hard constraints, relative to the stiffness
+  /// of the cost; null without hard constraints. The problem, the options and `penalty` must outlive this object.
+  LevenbergMarquardt(Problem& problem, const char* solver, const LevenbergMarquardtOptions& options,
+                     const double* penalty = nullptr);
+  ~LevenbergMarquardt() override;
 
-  /// Returns whether solve() may be called: no variable or block has been added, removed or fixed since construction.
-  bool is_current() const;
-  /// Solves the problem. `penalty` is the initial weight of hard constraints, relative to the stiffness of the cost.
-  Summary solve(double penalty = 0);
+  bool is_current() const override;
+  Summary solve() override;
 
  private:
   struct Parts;
   std::unique_ptr<Parts> parts_;
+  const double* penalty_;
 };
 /// Throws Error if an option is out of range.
 void check(const char* solver, const LevenbergMarquardtOptions& options);

@@ -15,6 +15,7 @@
 #include <tandem/solvers/linear/hessian_diagonal.hpp>
 #include <tandem/solvers/name_suggestions.hpp>
 #include <tandem/solvers/nlopt.hpp>
+#include <tandem/solvers/persistent_solve.hpp>
 #include <tandem/solvers/session.hpp>
 
 namespace tandem {
@@ -382,13 +383,31 @@ std::string why_unsupported(const Problem& problem, const NloptOptions& options)
   return {};
 }
 
-Summary solve(Problem& problem, const NloptOptions& options) {
+namespace {
+
+std::string solver_name(const NloptOptions& options) {
+  return std::string("nlopt:") + find_algorithm(options.algorithm).name;
+}
+
+class NloptSolve final : public detail::PersistentSolve {
+ public:
+  NloptSolve(Problem& problem, const NloptOptions& options) : problem_(problem), options_(options) {}
+  bool is_current() const override { return !nlp_ || nlp_->is_current(); }
+  Summary solve() override;
+
+ private:
+  Problem& problem_;
+  const NloptOptions& options_;
+  std::optional<NlpEvaluator> nlp_;  // made by the first solve, in whose time it counts
+};
+
+Summary NloptSolve::solve() {
+  const NloptOptions& options = options_;
   const Algorithm& algorithm = find_algorithm(options.algorithm);
-  const std::string solver = std::string("nlopt:") + algorithm.name;
-  if (const std::string why = why_unsupported(problem, options); !why.empty())
-    return detail::rejection(solver, options, why);
-  detail::Session session(solver, options);
-  NlpEvaluator nlp(problem);
+  detail::Session session(solver_name(options), options);
+  if (!nlp_) nlp_.emplace(problem_);
+  NlpEvaluator& nlp = *nlp_;
+  nlp.reset();
   nlp.use_threads(options.threads);
   if (!session.start(nlp, [&] { return nlp.cost(); })) return session.summary;
   NloptRun run(nlp, session, options);
@@ -398,6 +417,18 @@ Summary solve(Problem& problem, const NloptOptions& options) {
   }
   session.conclude(nlp, kToleranceSlack * options.constraint_tolerance);
   return session.summary;
+}
+
+}  // namespace
+
+Summary solve(Problem& problem, const NloptOptions& options) {
+  if (const std::string why = why_unsupported(problem, options); !why.empty())
+    return detail::rejection(solver_name(options), options, why);
+  return NloptSolve(problem, options).solve();
+}
+
+std::unique_ptr<detail::PersistentSolve> detail::analyse(Problem& problem, const NloptOptions& options) {
+  return std::make_unique<NloptSolve>(problem, options);
 }
 
 }  // namespace tandem

@@ -1,4 +1,5 @@
 #include <tandem/solvers/nlopt.hpp>
+#include <tandem/solvers/persistent_solve.hpp>
 #include <tandem/solvers/session.hpp>
 
 namespace tandem {
@@ -12,5 +13,7 @@ std::string why_unsupported(const Problem&, const NloptOptions&) {
 Summary solve(Problem& problem, const NloptOptions& options) {
   return detail::rejection("nlopt:" + options.algorithm, options, why_unsupported(problem, options));
 }
+
+std::unique_ptr<detail::PersistentSolve> detail::analyse(Problem&, const NloptOptions&) { return nullptr; }
 
 }  // namespace tandem

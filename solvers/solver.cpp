@@ -1,22 +1,27 @@
-#include <tandem/solvers/session.hpp>
+#include <utility>
+
 #include <tandem/solvers/solver.hpp>
 
 namespace tandem {
 
-Solver::Solver(Problem& problem, AugmentedLagrangianOptions options)
-    : problem_(problem), options_(std::move(options)) {}
-Solver::~Solver() = default;
+template <class Options>
+Solver<Options>::Solver(Problem& problem, Options options) : problem_(problem), options_(std::move(options)) {}
 
-Summary Solver::solve() {
-  constexpr const char* name = "augmented-lagrangian";
-  if (const std::string why = why_unsupported(problem_, options_); !why.empty())
-    return detail::rejection(name, options_, why);
+template <class Options>
+Summary Solver<Options>::solve() {
+  // A solve of an unsupported problem only returns the reason.
+  if (!why_unsupported(problem_, options_).empty()) return tandem::solve(problem_, options_);
   if (!analysed_ || !analysed_->is_current()) {
     analysed_.reset();  // frees its memory first
-    analysed_ = std::make_unique<detail::LevenbergMarquardt>(problem_, name, options_);
+    analysed_ = detail::analyse(problem_, options_);
     ++analyses_;
   }
-  return analysed_->solve(options_.initial_penalty);
+  return analysed_->solve();
 }
+
+template class Solver<GaussNewtonOptions>;
+template class Solver<AugmentedLagrangianOptions>;
+template class Solver<IpoptOptions>;
+template class Solver<NloptOptions>;
 
 }  // namespace tandem

@@ -11,6 +11,7 @@ namespace {
 
 constexpr double kMinStep = 1e-6;  // s; a shorter last step is a rounding error
 constexpr double kMaxSteps = 1000;
+constexpr double kHardSigma = 1e-6;  // of a hard constraint, in its own unit; 0 would make an inactive one singular
 
 /// Calls f(dt) for each step up to h [s], until f returns false. Returns whether all calls returned true.
 template <class F>
@@ -56,6 +57,11 @@ struct ForecastFilter {
     twist += correction.template tail<E>();
   }
 
+  template <class S>
+  static S sigma_of(Role role, const S& sigma) {
+    return role == Role::hard ? S(S::Constant(sigma.size(), kHardSigma)) : sigma;
+  }
+
   /// Applies the constraints on the newest pose and on the twist of the last step.
   void update_constraints(const TrackingOptions& options, const TrackingNoise& noise, double dt) {
     each_attitude_constraint<X>(options, noise, [&]<class R>(const R& residual, Role role, auto, const auto& sigma) {
@@ -63,7 +69,7 @@ struct ForecastFilter {
       Vector<R::dim> r;
       Matrix<R::dim, D> J;
       residual(now, r, &J);
-      update(r, D, J, sigma);
+      update(r, D, J, sigma_of(role, sigma));
     });
     const auto hold = [&]<class R>(const R& residual, Role role, const auto& sigma) {
       if (role == Role::off) return;
@@ -72,7 +78,7 @@ struct ForecastFilter {
       residual(before, now, r, &J0, &J1);
       Matrix<R::dim, 2 * D> J;
       J << J0, J1;
-      update(r, 0, J, sigma);
+      update(r, 0, J, sigma_of(role, sigma));
     };
     each_twist_constraint<X>(
         options, noise, dt,

@@ -1,5 +1,7 @@
 #include <cmath>
 
+#include <Eigen/Cholesky>
+
 #include <tandem/solvers/online/innovation_gate.hpp>
 
 namespace tandem::detail {
@@ -15,11 +17,11 @@ bool has_finite_cost(const Problem& problem, const Block& block) {
   return has_finite_cost(problem.noise(block), problem.linearization(block).residual);
 }
 
-std::optional<double> normalized_innovation(const FixedLag& lag, const Block& block, Eigen::Index rows) {
+std::optional<Innovation> normalized_innovation(const FixedLag& lag, const Block& block, Eigen::Index rows) {
   const Problem& problem = lag.problem();
   const Gaussian noise = problem.noise(block);
   const Problem::Linearization at = problem.linearization(block);
-  if (!has_finite_cost(noise, at.residual)) return HUGE_VAL;
+  if (!has_finite_cost(noise, at.residual)) return Innovation{HUGE_VAL, HUGE_VAL, rows};
   Eigen::MatrixXd P;
   try {
     P = lag.linearized_covariance(at.variable_ids, at.dofs);
@@ -30,7 +32,10 @@ std::optional<double> normalized_innovation(const FixedLag& lag, const Block& bl
   const Eigen::MatrixXd S = noise.covariance_matrix() + JP * at.jacobian.transpose();
   const auto variances = S.diagonal().head(rows);
   if (!variances.allFinite() || !(variances.minCoeff() > 0)) return {};
-  return (at.residual.head(rows).array().abs() / variances.array().sqrt()).maxCoeff();
+  const Eigen::VectorXd e = at.residual.head(rows).cwiseQuotient(variances.cwiseSqrt());
+  const Eigen::VectorXd scale = variances.cwiseSqrt().cwiseInverse();
+  const Eigen::MatrixXd correlation = scale.asDiagonal() * S.topLeftCorner(rows, rows) * scale.asDiagonal();
+  return Innovation{e.cwiseAbs().maxCoeff(), e.dot(correlation.ldlt().solve(e)), rows};
 }
 
 }  // namespace tandem::detail

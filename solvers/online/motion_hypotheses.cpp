@@ -144,10 +144,33 @@ void MotionHypotheses::move(Pair& pair, double dt) const {
     const double step = std::min(left, longest);
     move_drift(pair.drift, pair.scale.motion, step);
     wander(pair.drift, step);
-    if (!pair.course) continue;
-    move_course(*pair.course, pair.scale.motion, step);
-    wander(*pair.course, step);
+    if (pair.course) {
+      move_course(*pair.course, pair.scale.motion, step);
+      wander(*pair.course, step);
+    }
+    apply_limits(pair);
   }
+}
+
+/// Conditions the filters on the limits that they exceed.
+void MotionHypotheses::apply_limits(Pair& pair) const {
+  const auto hold = [](Filter& f, const Matrix<1, kDim>& H, double low, double high, double sigma) {
+    const double value = H * f.x, by = std::clamp(value, low, high) - value, variance = sigma * sigma;
+    if (by == 0) return;
+    const double known = H * f.P * H.transpose();
+    if (known + variance > 0) update_by<kDim, 1>(f.x, f.P, H, Vector<1>(by), Matrix<1, 1>(variance), Loss{});
+    if (variance == 0) f.x += H.transpose() * (std::clamp(double(H * f.x), low, high) - H * f.x);  // rounding
+  };
+  const double low = limits_.min_surge, high = limits_.max_surge;
+  if (pair.course) {
+    hold(*pair.course, Matrix<1, kDim>::Unit(4), low, high, limits_.surge_sigma);
+    hold(*pair.course, Matrix<1, kDim>::Unit(5), -limits_.max_yaw_rate, limits_.max_yaw_rate, limits_.yaw_rate_sigma);
+  }
+  const double speed = pair.drift.x.segment<2>(3).norm();
+  if (!(speed > 0)) return;
+  Matrix<1, kDim> along = Matrix<1, kDim>::Zero();
+  along.segment<2>(3) = pair.drift.x.segment<2>(3).transpose() / speed;
+  hold(pair.drift, along, std::max({0.0, low, -high}), std::max(std::abs(low), std::abs(high)), limits_.surge_sigma);
 }
 
 void MotionHypotheses::update(Pair& pair, const TargetFix& fix) const {
@@ -228,6 +251,7 @@ void MotionHypotheses::apply(State& state, const TargetFix& fix) const {
     pair.drift.log_weight -= max_weight;
     if (pair.course) pair.course->log_weight -= max_weight;
     begin_course(pair);
+    apply_limits(pair);
   }
   for (Pair& pair : state) pair.log_evidence = std::max(pair.log_evidence - best, -kMaxDisadvantage);
 }

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <cmath>
 #include <deque>
 #include <optional>
 #include <vector>
@@ -39,6 +40,14 @@ struct HypothesesNoise {
   double tilt;        ///< Random walk of the tilt of the frame, about each horizontal axis [rad/√s].
 };
 
+/// Limits of the target's motion; infinite for none.
+struct HypothesesLimits {
+  double min_surge = -HUGE_VAL, max_surge = HUGE_VAL;  ///< m/s
+  double max_yaw_rate = HUGE_VAL;                      ///< of the magnitude [rad/s]
+  /// Standard deviations of soft limits [m/s, rad/s]; 0 for hard limits.
+  double surge_sigma = 0, yaw_rate_sigma = 0;
+};
+
 /// Estimates and predicts the newest state of a target with a bank of Kalman filters. There are two motion hypotheses:
 ///
 ///   drift    a point whose velocity in the world decays exponentially: agile and linear. After a pose measurement, its
@@ -56,12 +65,16 @@ struct HypothesesNoise {
 /// The target stays near a horizontal plane. The dead-reckoning frame tilts slowly, so the slope of the plane is a
 /// state. `climb` covers the tilt of the line of sight up to a distance of 80 m, for odometry noise of 0.0006 rad/√s.
 ///
+/// A filter whose speed or yaw rate is beyond a limit is conditioned on the limit, after each step and each fix. The
+/// drift hypothesis has no heading, so the limits on the surge apply to its speed, and that on the yaw rate does not.
+///
 /// Fixes may arrive in any order within the stored history. Results are deterministic. Only the newest state is
 /// estimated; the smoother estimates the past. Source: Bar-Shalom, Li & Kirubarajan 2001, Estimation with Applications
 /// to Tracking and Navigation, ch. 11 (static multiple models, nearly constant turns).
 class MotionHypotheses {
  public:
-  explicit MotionHypotheses(const HypothesesNoise& noise) : noise_(noise) {}
+  explicit MotionHypotheses(const HypothesesNoise& noise, const HypothesesLimits& limits = {})
+      : noise_(noise), limits_(limits) {}
 
   /// Adds a fix at time t [s], or only advances to t without a fix. Does nothing without a fix before the first one,
   /// and for times before the stored history.
@@ -127,11 +140,13 @@ class MotionHypotheses {
   void apply(State& state, const TargetFix& fix) const;
   void update(Pair& pair, const TargetFix& fix) const;
   void begin_course(Pair& pair) const;
+  void apply_limits(Pair& pair) const;
   void run(std::size_t from);
   template <class F>
   static void for_each_number(Instant& instant, F f);
 
   HypothesesNoise noise_;
+  HypothesesLimits limits_;
   std::deque<Instant> history_;  // in time order
   bool truncated_ = false;       // older history was dropped
 };

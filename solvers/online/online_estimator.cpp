@@ -16,9 +16,6 @@ void check(const TrackingData& tracking, const std::optional<NavigationData>& eg
   if (o.model == MotionModel::none)
     throw BadInputError(
         "online estimation needs a motion model of the target; without one its newest pose is unobservable");
-  const bool limited = o.limits == Role::hard && (o.surge || o.max_yaw_rate);
-  if (o.roll_pitch == Role::hard || o.non_holonomic == Role::hard || limited)
-    throw BadInputError("online estimation supports soft constraints only");
   if (ego && tracking.planar)
     throw BadInputError(
         "a planar problem requires odometry; the chaser's own sensors are supported only in space (group SE3)");

@@ -17,7 +17,7 @@ namespace tandem {
 
 /// Options of an OnlineEstimator.
 struct OnlineOptions {
-  TrackingOptions tracking{};  ///< target model; not steady_course or none, and soft constraints only
+  TrackingOptions tracking{};  ///< target model; not steady_course or none
   EgoOptions ego{};
   FixedLagOptions lag{};
   ResetOptions reset{};
@@ -27,6 +27,9 @@ struct OnlineOptions {
   /// Estimates the newest state of the target and its predictions by MotionHypotheses, instead of the window. The
   /// window still estimates the chaser and earlier states of the target. See why_hypotheses_unsupported().
   bool hypotheses = false;
+  /// If no motion of the target satisfies its hard constraints, makes them soft and resets the estimate. Otherwise such
+  /// updates have the status infeasible (OnlineUpdate::summary), and the estimate is reset as after other failures.
+  bool soften_infeasible = false;
 };
 
 /// Returns why motion hypotheses are not supported, or an empty string. They need position fixes in space, from a

@@ -342,7 +342,7 @@ bool OnlineEstimator::Streams::process_target(std::size_t sensor, const Measurem
 bool OnlineEstimator::Streams::apply_gate(std::size_t index, const std::string& name, double t,
                                           const detail::OnlineWindow::Outcome& outcome) {
   if (!outcome.rejected) {
-    health_.used(index, t, outcome.sigmas);
+    health_.used(index, t, outcome.sigmas, outcome.nis, outcome.rows);
     return true;
   }
   health_.rejected(index, t, *outcome.sigmas);
@@ -389,12 +389,23 @@ void OnlineEstimator::Streams::update() {
   const double seconds = std::chrono::duration<double>(Clock::now() - begin).count();
   const bool new_keyframe = std::exchange(new_keyframe_, false);
   if (hooks_.on_update) hooks_.on_update({window_->newest(), window_->newest_type(), new_keyframe, seconds, summary});
-  if (health_.is_stuck(window_->newest()))
+  if (summary.status == Status::infeasible && options_.soften_infeasible) {
+    soften_constraints();
+  } else if (health_.is_stuck(window_->newest())) {
     reset_window(TrackReset::Kind::unconverged,
                  "the window has not converged since " + seconds_text(health_.health().unconverged_since.value()),
                  {.position = Vector<3>::Constant(10),
                   .rotation = Vector<3>(0.3, 0.3, 0.5),
                   .velocity = Vector<3>::Constant(3)});
+  }
+}
+
+void OnlineEstimator::Streams::soften_constraints() {
+  TrackingOptions& target = options_.tracking;
+  for (Role* role : {&target.roll_pitch, &target.non_holonomic, &target.limits})
+    if (*role == Role::hard) *role = Role::soft;
+  reset_window(TrackReset::Kind::unconverged, "no motion of the target satisfies the hard constraints at " +
+                                                  seconds_text(window_->newest()) + ", so they are soft from now on");
 }
 
 }  // namespace tandem

@@ -85,6 +85,7 @@ class OnlineEstimator::Streams {
   bool process_target(std::size_t sensor, const Measurement& m, double t);
   void add_keyframe(double t, std::size_t sensor = 0, const Measurement* first = nullptr);
   void update();
+  void soften_constraints();
   void reset_now();
   void make_window();
   enum class Chaser { continues, realigns };  // after a reset
@@ -100,7 +101,7 @@ class OnlineEstimator::Streams {
   bool apply_gate(std::size_t index, const std::string& name, double t, const detail::OnlineWindow::Outcome& outcome);
 
   OnlineEstimator& hooks_;
-  const OnlineOptions options_;
+  OnlineOptions options_;
   const TrackingData settings_;
   const std::optional<NavigationData> ego_;
   NavigationData alignment_data_;   // data waiting for the alignment

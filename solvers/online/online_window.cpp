@@ -3,7 +3,7 @@
 
 #include <tandem/lie/error.hpp>
 #include <tandem/lie/operations.hpp>
-#include <tandem/solvers/gauss_newton.hpp>
+#include <tandem/solvers/augmented_lagrangian.hpp>
 #include <tandem/solvers/online/innovation_gate.hpp>
 #include <tandem/solvers/online/online_window.hpp>
 #include <tandem/solvers/online/target_fix.hpp>
@@ -21,7 +21,8 @@ OnlineWindow::OnlineWindow(const TrackingData& settings, const NavigationData* e
       options_(options),
       ego_(ego ? std::optional(*ego) : std::nullopt),
       lag_(with_hook(options.lag)) {
-  if (options.hypotheses) hypotheses_.emplace(hypotheses_noise(settings.noise));
+  if (options.hypotheses)
+    hypotheses_.emplace(hypotheses_noise(settings.noise), hypotheses_limits(options.tracking, settings.noise));
 }
 
 /// Calls the caller's hook before on_leave, so that no state is reported if the hook throws.
@@ -110,9 +111,12 @@ bool OnlineWindow::update_covariance() {
   return covariance_ == Covariance::current;
 }
 
-/// A residual that is undefined at the present state, such as a bearing of a target at the sensor, does not pass.
-bool OnlineWindow::passes(const Block& block, Eigen::Index rows, bool use_gate, Outcome& outcome) const try {
-  if (use_gate) outcome.sigmas = normalized_innovation(lag_, block, rows);
+bool OnlineWindow::passes(const Block& block, Eigen::Index rows, bool use_gate, Outcome& outcome) const {
+  if (const auto innovation = use_gate ? normalized_innovation(lag_, block, rows) : std::nullopt) {
+    outcome.sigmas = innovation->sigmas;
+    outcome.nis = innovation->nis;
+    outcome.rows = std::size_t(innovation->rows);
+  }
   const double gate = options_.reset.gate;
   outcome.rejected = outcome.sigmas ? !(*outcome.sigmas <= gate) : !has_finite_cost(lag_.problem(), block);
   if (outcome.rejected && !outcome.sigmas) outcome.sigmas = HUGE_VAL;
@@ -233,8 +237,9 @@ Summary OnlineWindow::slide() {
 }
 
 double OnlineWindow::minimize() {
-  GaussNewtonOptions options;
+  AugmentedLagrangianOptions options;
   options.max_iterations = kMaxMinimizeIterations;
+  options.from_multipliers = true;
   options.cost_tolerance = kMinimizeTolerance;
   return solve(lag_.problem(), options).cost;
 }

@@ -47,7 +47,9 @@ class OnlineWindow {
   struct Outcome {
     std::optional<std::string> why_not{};  ///< the reason if it cannot be used, a sentence
     std::optional<double> sigmas{};        ///< its normalised innovation, if that has a covariance
-    bool rejected = false;                 ///< whether it is outside the gate
+    double nis = 0;                        ///< νᵀ S⁻¹ ν of its innovation ν
+    std::size_t rows = 0;                  ///< rows of ν; 0 if that has no covariance
+    bool rejected = false;                 ///< outside the gate
   };
   /// Adds a measurement of the target if it passes the gate.
   Outcome add_measurement(std::size_t sensor, const Measurement& m);

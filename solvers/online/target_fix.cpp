@@ -56,4 +56,18 @@ HypothesesNoise hypotheses_noise(const TrackingNoise& noise) {
           .tilt = noise.odometry.segment<2>(3).norm() / std::sqrt(2.0)};
 }
 
+HypothesesLimits hypotheses_limits(const TrackingOptions& options, const TrackingNoise& noise) {
+  HypothesesLimits limits;
+  if (options.limits == Role::off) return limits;
+  if (options.surge) {
+    limits.min_surge = options.surge->lower[0];
+    limits.max_surge = options.surge->upper[0];
+  }
+  limits.max_yaw_rate = options.max_yaw_rate.value_or(HUGE_VAL);
+  if (options.limits == Role::hard) return limits;
+  limits.surge_sigma = noise.surge;
+  limits.yaw_rate_sigma = noise.yaw_rate;
+  return limits;
+}
+
 }  // namespace tandem::detail

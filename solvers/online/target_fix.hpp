@@ -15,4 +15,7 @@ TargetFix target_fix(const TargetSensor& sensor, const Measurement& m, const SE3
 /// The drift hypothesis gets somewhat more noise, the course hypothesis much less.
 HypothesesNoise hypotheses_noise(const TrackingNoise& noise);
 
+/// Returns the limits of the hypotheses for the limits of a tracking problem.
+HypothesesLimits hypotheses_limits(const TrackingOptions& options, const TrackingNoise& noise);
+
 }  // namespace tandem::detail

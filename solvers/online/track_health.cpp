@@ -45,13 +45,15 @@ void HealthMonitor::received(std::size_t sensor, double t) {
   last = std::max(last.value_or(t), t);
 }
 
-void HealthMonitor::used(std::size_t sensor, double t, std::optional<double> sigmas) {
+void HealthMonitor::used(std::size_t sensor, double t, std::optional<double> sigmas, double nis, std::size_t rows) {
   SensorHealth& s = health_.sensors[sensor];
   ++s.used;
   s.rejected_in_a_row = 0;
   rejected_since_[sensor].reset();
   s.last_used = std::max(s.last_used.value_or(t), t);
   s.sigmas = sigmas;
+  s.nis += nis;
+  s.nis_rows += rows;
   add_verdict(sensor, t, false);
 }
 

@@ -50,6 +50,9 @@ struct SensorHealth {
   std::size_t rejected_in_a_row = 0;
   std::optional<double> last_received, last_used;  ///< time of the newest measurement received, and used [s]
   std::optional<double> sigmas;                    ///< normalised innovation of the newest; empty if unknown
+  /// Sum of the NIS of the used measurements whose innovation has a covariance, and the number of their rows.
+  double nis = 0;
+  std::size_t nis_rows = 0;
 };
 
 /// Reliability of the newest state.
@@ -110,7 +113,7 @@ class HealthMonitor {
 
   // t: time at which the measurement was valid [s].
   void received(std::size_t sensor, double t);
-  void used(std::size_t sensor, double t, std::optional<double> sigmas);
+  void used(std::size_t sensor, double t, std::optional<double> sigmas, double nis = 0, std::size_t rows = 0);
   void rejected(std::size_t sensor, double t, double sigmas);
   /// Returns the time since which a sensor contradicts the estimate [s], or nothing.
   std::optional<double> contradicting_since(std::size_t sensor) const;

@@ -55,7 +55,7 @@ int finish(const Output& output, const Results& results) {
   } else if (!output.quiet) {
     const std::string table = results.table ? results.table() : "";
     print(printable_lines(table));
-    if (output.folder)
+    if (output.folder && results.announces_folder)
       print(fmt::format("{}Written to {}\n", table.empty() ? "" : "\n", printable(output.folder_name)));
   }
   flush_output();

@@ -44,6 +44,7 @@ void add_printing(CommandOptions& option, Output& output, bool shows_progress = 
 
 /// The results of a command.
 struct Results {
+  bool announces_folder = true;  ///< whether to print the name of the output folder after the tables
   std::function<std::string()> table, json;
   std::function<void(const std::filesystem::path& folder)> write;  ///< Writes the files to the output folder.
   std::string plots_command{};      ///< Draws the plots of this command (see draw_plots()); empty for none.

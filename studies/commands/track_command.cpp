@@ -40,6 +40,8 @@ struct TrackRequest {
   std::optional<std::filesystem::path> snapshot;
   std::optional<double> every;  ///< s
   bool standard_input = false, json_lines = false;
+  std::optional<LineCovariance> covariance;
+  std::optional<double> rate;  ///< of the lines of JSON [Hz]
   Output output;
 };
 
@@ -92,6 +94,13 @@ std::filesystem::path parse_snapshot_file(const std::string& option, const std::
   return file;
 }
 
+LineCovariance parse_covariance(const std::string& option, const std::string& text) {
+  for (const auto& [word, value] :
+       {std::pair{"joint", LineCovariance::joint}, {"blocks", LineCovariance::blocks}, {"off", LineCovariance::off}})
+    if (text == word) return value;
+  throw Error(fmt::format("{} takes joint, blocks or off, not {}", option, quote(text)));
+}
+
 Newest parse_newest(const std::string& option, const std::string& text) {
   if (text == "hypotheses") return Newest::hypotheses;
   if (text == "window") return Newest::window;
@@ -125,6 +134,12 @@ TrackOptions track_options(const TrackRequest& request) {
   if (!request.output.quiet) options.on_notice = LimitedWarnings("notices", warn);
   if (request.json_lines && request.output.json)
     throw Error("--json-lines and --json exclude each other: one line for each update, or one summary");
+  if (request.rate && !request.json_lines) throw Error("--rate needs --json-lines");
+  if (request.covariance && !request.json_lines) throw Error("--covariance needs --json-lines");
+  if (online.soften_infeasible && online.tracking.non_holonomic != Role::hard &&
+      online.tracking.roll_pitch != Role::hard && request.problem.limits != Role::hard)
+    throw Error("--soften needs a hard constraint: --limits, --non-holonomic or --roll-pitch hard");
+  options.live = request.json_lines;
   if (options.realtime && request.standard_input)
     throw Error("--realtime and --stdin exclude each other: standard input has its own pace");
   if (request.every && !request.snapshot) throw Error("--every needs --snapshot");
@@ -235,14 +250,15 @@ int run_track(const TrackRequest& request, const CommandOptions& option) {
     if (const std::string why = timestamp_overlap_warning(scenario); !why.empty()) warn(why);
 
   const bool tables = !request.output.quiet && !request.output.json && !request.json_lines;
-  const std::vector<std::string> sensors = watched_sensors(scenario);
   OnDisk on_disk(request, scenario);
   if (request.snapshot) options.on_snapshot = [&](TrackSnapshot snapshot) { on_disk.add(std::move(snapshot)); };
+  TrackJsonLines json_lines(scenario.frame, watched_sensors(scenario), options.ahead,
+                            request.covariance.value_or(LineCovariance::joint), request.rate);
   TrackLines lines(scenario.frame, !scenario.data.sensors.empty(), scenario.data.planar, options.ahead);
   const auto each = [&](const TrackRecord& record) {
     on_disk.add(record);
     if (!tables && !request.json_lines) return;
-    const std::string text = tables ? lines(record) : track_json_line(record, scenario.frame, sensors, options.ahead);
+    const std::string text = tables ? lines(record) : json_lines(record);
     if (text.empty()) return;
     print(text);
     if (flush_output() != 0 && !on_disk.has_results()) throw Error(output_failure());  // the rest could not be shown
@@ -257,7 +273,9 @@ int run_track(const TrackRequest& request, const CommandOptions& option) {
   const TrackSummary summary = summarise(result, scenario, options);
   Results results;
   results.incomplete_reason = why_unreliable(result);
+  if (request.json_lines) print(track_json_summary_line(result, summary));
   if (!request.json_lines) results.table = [&] { return "\n" + track_report(result, summary); };
+  results.announces_folder = !request.json_lines;
   results.json = [&] { return track_json(result, summary); };
   results.plots_command = "track";
   results.write = [&](const std::filesystem::path& folder) { write_track(result, summary, scenario, options, folder); };
@@ -288,6 +306,11 @@ Command track_command() {
             "unreliable track for --bad-after seconds or more.");
         add_problem(option, request->problem, true);
         add_own_sensors(option, request->problem.own, false);
+        option.group(kTarget);
+        option.flag("--soften",
+                    "If no motion of the target satisfies the hard constraints, make them soft and reset the estimate "
+                    "(default: exit with an error that names them)",
+                    live.online.soften_infeasible);
         option.group("Data");
         option("--until", "SECONDS", "Stop after SECONDS of data [s] (default: all data)", live.until,
                parse_non_negative);
@@ -351,7 +374,13 @@ Command track_command() {
                parse_positive);
         add_output(option, request->output,
                    {.writes = "Write filtered trajectories, errors, summary.json and plots to DIR"});
-        option.flag("--json-lines", "Print each update and its health as a line of JSON", request->json_lines);
+        option.flag("--json-lines", "Print each update as a line of JSON, and finally the summary as another one",
+                    request->json_lines);
+        option("--rate", "HZ", "With --json-lines: at most HZ lines per second of data [Hz] (default: every update)",
+               request->rate, parse_positive);
+        option("--covariance", "joint|blocks|off",
+               "With --json-lines: the joint covariance of chaser and target, that of each, or none (default joint)",
+               request->covariance, parse_covariance);
         return [request, &option] { return run_track(*request, option); };
       },
       true,

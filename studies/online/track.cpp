@@ -4,12 +4,16 @@
 #include <map>
 #include <thread>
 
+#include <fmt/format.h>
+
+#include <tandem/lie/error.hpp>
 #include <tandem/studies/navigation/navigated_scenario.hpp>
 #include <tandem/studies/online/replay_log.hpp>
 #include <tandem/studies/online/track.hpp>
 #include <tandem/studies/support/input_file.hpp>
 #include <tandem/studies/support/limited_warnings.hpp>
 #include <tandem/studies/support/resources.hpp>
+#include <tandem/studies/support/text.hpp>
 
 namespace tandem {
 namespace {
@@ -36,6 +40,16 @@ std::string reason_of(Rejection::Kind kind, bool has_target) {
       break;
   }
   return has_target ? "not usable at its time" : "before the first position of the target";
+}
+
+/// Returns the options that set hard constraints, as a list.
+std::string hard_options(const TrackingOptions& target) {
+  std::vector<std::string> names;
+  if (target.non_holonomic == Role::hard) names.push_back("--non-holonomic hard");
+  if (target.roll_pitch == Role::hard) names.push_back("--roll-pitch hard");
+  if (target.limits == Role::hard && target.surge) names.push_back("--surge");
+  if (target.limits == Role::hard && target.max_yaw_rate) names.push_back("--yaw-rate");
+  return listed(names);
 }
 
 ReplayLog::Options log_options(const OnlineOptions& online, bool odometry) {
@@ -263,12 +277,29 @@ class Tracker {
   } catch (const Error&) {  // no covariance after a failed update
   }
 
+  void add_live(TrackRecord& record) const {
+    constexpr double kSecond = 1;
+    const SE3 chaser = estimator_.chaser().pose;
+    record.live.chaser_twist = (chaser.inverse() * estimator_.predicted_chaser(kSecond)).Log() / kSecond;
+    const auto now = estimator_.target(), next = estimator_.predicted_target(kSecond);
+    if (now && next && now->rotation && next->rotation)
+      record.live.target_twist =
+          (SE3(*now->rotation, now->position).inverse() * SE3(*next->rotation, next->position)).Log() / kSecond;
+    try {
+      const OnlineEstimator::Covariance c = estimator_.covariance();
+      record.live.covariance = c.joint.size() > 0 ? c.joint : c.chaser;
+      record.live.chaser_rows = c.chaser.rows();
+    } catch (const NumericalError&) {  // no covariance after a failed update
+    }
+  }
+
   RecordHealth health_now() const {
     const TrackHealth& health = estimator_.health();
     RecordHealth now{health.converged, health.resets, health.suspensions, {}, health.chaser, health.target};
     for (const SensorHealth& sensor : health.sensors) {
       SensorRecord& record = now.sensors.emplace_back(SensorRecord{sensor.used, sensor.rejected, sensor.sigmas, {}});
       if (sensor.last_used) record.age = estimator_.newest() - *sensor.last_used;
+      if (sensor.nis_rows > 0) record.nis = sensor.nis / double(sensor.nis_rows);
     }
     return now;
   }
@@ -279,6 +310,11 @@ class Tracker {
       if (start || result_.by_odometry) log_.add_state(start.value_or(Alignment{.t = update.t}));
     }
     if (replaying_ || update.t <= recorded_until_) return;
+    if (update.summary.status == Status::infeasible && !options_.online.soften_infeasible)
+      throw Error(
+          fmt::format("no motion of the target satisfies {} at t = {:.2f} s ({}); use --soften to make them soft "
+                      "then, or make one of them soft now",
+                      hard_options(options_.online.tracking), update.t, update.summary.message));
     TrackRecord record{
         update.t, update.type,           update.new_keyframe, update.seconds, processor_seconds() - update_begin_,
         {},       estimator_.keyframes()};
@@ -295,6 +331,7 @@ class Tracker {
     }
     for (const double h : options_.ahead) record.ahead.push_back(estimator_.relative_target(h));
     add_sigmas(record);
+    if (options_.live) add_live(record);
     if (std::floor(update.t) > second_) {
       second_ = std::floor(update.t);
       record.memory = resident_megabytes();

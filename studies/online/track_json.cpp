@@ -166,6 +166,10 @@ std::string track_json(const Track& track, const TrackSummary& summary) {
   return json_text(json_document("track", track_fields(), Document{track, summary}));
 }
 
+std::string track_json_summary_line(const Track& track, const TrackSummary& summary) {
+  return json_line(json_document("track", track_fields(), Document{track, summary}));
+}
+
 FileDescription track_json_keys() { return describe_json("summary.json", "track", track_fields()); }
 
 }  // namespace tandem

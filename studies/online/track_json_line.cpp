@@ -1,6 +1,7 @@
 #include <tandem/studies/estimation/estimate_metrics.hpp>
 #include <tandem/studies/online/reported_sigma.hpp>
 #include <tandem/studies/online/track_json_line.hpp>
+#include <tandem/studies/online/track_lines.hpp>
 #include <tandem/studies/support/json_fields.hpp>
 
 namespace tandem {
@@ -13,16 +14,67 @@ struct Line {
   const Frame& frame;
   const std::vector<std::string>& sensors;
   const std::vector<double>& ahead;
+  LineCovariance covariance;
 };
 
 struct Prediction {
   double seconds;
   const RelativeTarget& target;
+  const SE3& chaser;
   const Frame& frame;
 };
 
 /// nlohmann::json writes infinite numbers as null.
 Numbers numbers(const Vector<3>& v) { return {v.x(), v.y(), v.z()}; }
+Numbers numbers(const SO3& R) {
+  const SO3::Quaternion& q = R.quaternion();
+  return {q.x(), q.y(), q.z(), q.w()};
+}
+Numbers twist_numbers(const Frame& frame, const Vector<6>& twist) {
+  Numbers all = numbers(frame.body(twist.head<3>()));
+  const Numbers angular = numbers(frame.body(twist.tail<3>()));
+  all.insert(all.end(), angular.begin(), angular.end());
+  return all;
+}
+
+/// Returns a matrix as a list of rows.
+std::vector<Numbers> rows(const Eigen::MatrixXd& M) {
+  std::vector<Numbers> result;
+  for (Eigen::Index i = 0; i < M.rows(); ++i) {
+    result.emplace_back();
+    for (Eigen::Index j = 0; j < M.cols(); ++j) result.back().push_back(M(i, j));
+  }
+  return result;
+}
+
+/// Returns the joint covariance in the axes of the scenario's files.
+Eigen::MatrixXd in_axes(const Frame& frame, const TrackRecord& record) {
+  const Eigen::MatrixXd& S = record.live.covariance;
+  if (!frame.is_ned() || S.size() == 0) return S;
+  Eigen::MatrixXd A = Eigen::MatrixXd::Zero(S.rows(), S.cols());
+  const Eigen::Index chaser = record.live.chaser_rows;
+  const auto turn = [&](Eigen::Index first, Eigen::Index size) {  // of a pose or a point
+    const Matrix<3, 3> body = frame.body_axes();
+    if (size == 6) {
+      A.block<3, 3>(first, first) = A.block<3, 3>(first + 3, first + 3) = body;
+    } else if (first == 0 || (record.target->rotation && size == chaser)) {  // planar: x, y and the heading
+      A.diagonal().segment<3>(first) << 1, -1, -1;
+    } else {
+      A.block(first, first, size, size) = frame.world_axes().topLeftCorner(size, size);
+    }
+  };
+  turn(0, chaser);
+  if (S.rows() > chaser) turn(chaser, S.rows() - chaser);
+  return A * S * A.transpose();
+}
+
+using Rows = std::optional<std::vector<Numbers>>;
+
+/// Returns `size` rows and columns of the covariance from `first` on, if a line has such covariances.
+Rows covariance_rows(const Line& l, LineCovariance wanted, Eigen::Index first, Eigen::Index size) {
+  if (l.covariance != wanted || l.record.live.covariance.size() == 0 || size <= 0) return {};
+  return rows(in_axes(l.frame, l.record).block(first, first, size, size));
+}
 
 JsonFields<RecordHealth> output_fields() {
   using H = RecordHealth;
@@ -38,6 +90,13 @@ JsonFields<Prediction> line_prediction_fields() {
       .add("seconds", "prediction time [s]", [](const P& p) { return p.seconds; })
       .add("relative_m", "predicted position of the target in the chaser's body at t [m]",
            [](const P& p) { return numbers(p.frame.body(p.target.position)); })
+      .add("target_m", "that position in the scenario's frame [m]",
+           [](const P& p) { return numbers(p.frame.world(p.chaser.act(p.target.position))); })
+      .add("covariance_m2", "covariance of relative_m along the chaser's axes, by rows [m²]",
+           [](const P& p) -> Rows {
+             if (!p.target.covariance) return {};
+             return rows(p.frame.body_axes() * *p.target.covariance * p.frame.body_axes().transpose());
+           })
       .add("sigma_m", "standard deviation of that prediction along the chaser's axes [m]",
            [](const P& p) -> std::optional<Numbers> {
              const auto& covariance = p.target.covariance;
@@ -53,13 +112,16 @@ JsonFields<SensorRecord> line_sensor_fields() {
       .add("rejected", "number of measurements that the gate has rejected so far",
            [](const S& s) { return s.rejected; })
       .add("sigmas", "innovation of the newest measurement in standard deviations", [](const S& s) { return s.sigmas; })
+      .add("nis", "mean NIS per row of the measurements used so far; 1 if noise and model are consistent",
+           [](const S& s) { return s.nis; })
       .add("age_s", "time since the last used measurement [s]", [](const S& s) { return s.age; });
 }
 
 std::vector<Prediction> predictions(const Line& line) {
   std::vector<Prediction> result;
   for (std::size_t i = 0; i < line.record.ahead.size(); ++i)
-    if (const auto& target = line.record.ahead[i]) result.push_back({line.ahead[i], *target, line.frame});
+    if (const auto& target = line.record.ahead[i])
+      result.push_back({line.ahead[i], *target, line.record.chaser, line.frame});
   return result;
 }
 
@@ -87,10 +149,38 @@ JsonFields<Line> line_fields() {
                   [](const L& l) -> const RecordHealth& { return l.record.health; })
       .add("chaser_m", "position of the chaser in the scenario's frame [m]",
            [](const L& l) { return numbers(l.frame.world(l.record.chaser).translation()); })
+      .add("chaser_quaternion", "orientation of the chaser in the scenario's frame, x y z w",
+           [](const L& l) { return numbers(l.frame.world(l.record.chaser).rotation()); })
+      .add("chaser_twist", "body twist of the chaser over the last second [m/s, rad/s]",
+           [](const L& l) { return twist_numbers(l.frame, l.record.live.chaser_twist); })
       .add("chaser_sigma_m", "standard deviation of that position: root of the summed variances [m]",
            [](const L& l) {
              return l.record.chaser_sigma ? std::optional(reported_sigma(*l.record.chaser_sigma)) : std::nullopt;
            })
+      .add("target_m", "position of the target in the scenario's frame [m]",
+           [](const L& l) -> std::optional<Numbers> {
+             if (!l.record.target) return {};
+             return numbers(l.frame.world(l.record.target->position));
+           })
+      .add("target_quaternion", "orientation of the target in the scenario's frame, x y z w; if it is estimated",
+           [](const L& l) -> std::optional<Numbers> {
+             if (!l.record.target || !l.record.target->rotation) return {};
+             return numbers(l.frame.world(SE3(*l.record.target->rotation, Vector<3>::Zero())).rotation());
+           })
+      .add("target_velocity", "velocity of the target in the scenario's frame over the last second [m/s]",
+           [](const L& l) -> std::optional<Numbers> {
+             if (!l.record.target) return {};
+             return numbers(l.frame.world(l.record.target_velocity));
+           })
+      .add("target_twist", "body twist of the target predicted for the next second [m/s, rad/s]",
+           [](const L& l) -> std::optional<Numbers> {
+             if (!l.record.live.target_twist) return {};
+             return twist_numbers(l.frame, *l.record.live.target_twist);
+           })
+      .add("speed_m_s", "speed of the target [m/s]",
+           [](const L& l) { return l.record.target ? std::optional(l.record.target_velocity.norm()) : std::nullopt; })
+      .add("heading_rad", "heading of the target, clockwise from north; its course if it has no orientation [rad]",
+           [](const L& l) { return target_heading(l.record); })
       .add("relative_m", "position of the target in the chaser's body [m]",
            [](const L& l) -> std::optional<Numbers> {
              if (!l.record.target) return {};
@@ -101,6 +191,18 @@ JsonFields<Line> line_fields() {
              if (!l.record.covariance) return {};
              return numbers(reported_sigmas(l.frame, *l.record.covariance));
            })
+      .add("covariance",
+           "joint covariance of [chaser; target] in the window, by rows, for right perturbations: of a pose, the "
+           "translation [m] then the rotation vector [rad] in its body's axes; of a target without orientation, its "
+           "position in the scenario's axes; in the plane x, y and the heading. Motion hypotheses do not affect it",
+           [](const L& l) { return covariance_rows(l, LineCovariance::joint, 0, l.record.live.covariance.rows()); })
+      .add("chaser_covariance", "its block of the chaser, with --covariance blocks",
+           [](const L& l) { return covariance_rows(l, LineCovariance::blocks, 0, l.record.live.chaser_rows); })
+      .add("target_covariance", "its block of the target, with --covariance blocks",
+           [](const L& l) {
+             const Eigen::Index chaser = l.record.live.chaser_rows;
+             return covariance_rows(l, LineCovariance::blocks, chaser, l.record.live.covariance.rows() - chaser);
+           })
       .add_list("ahead", "predictions", line_prediction_fields(), predictions)
       .add_map("sensors", "SENSOR", "state of each sensor", line_sensor_fields(), sensors_by_name);
 }
@@ -108,9 +210,9 @@ JsonFields<Line> line_fields() {
 }  // namespace
 
 std::string track_json_line(const TrackRecord& record, const Frame& frame, const std::vector<std::string>& sensors,
-                            const std::vector<double>& ahead) {
+                            const std::vector<double>& ahead, LineCovariance covariance) {
   static const JsonFields<Line> fields = line_fields();
-  return json_line(json_document("track-line", fields, Line{record, frame, sensors, ahead}));
+  return json_line(json_document("track-line", fields, Line{record, frame, sensors, ahead, covariance}));
 }
 
 FileDescription track_json_line_keys() { return describe_json("--json-lines", "track-line", line_fields()); }

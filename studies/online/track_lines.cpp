@@ -30,6 +30,13 @@ std::string absent(int width) { return fmt::format("{:>{}}", "–", width); }
 
 }  // namespace
 
+std::optional<double> target_heading(const TrackRecord& record) {
+  if (!record.target) return {};
+  if (record.target->rotation) return compass(forward(*record.target->rotation)) / kDegrees;
+  if (!(record.target_velocity.norm() > kMinCourseSpeed)) return {};
+  return compass(record.target_velocity) / kDegrees;
+}
+
 std::string TrackLines::header() const {
   std::string predictions;
   if (target_)
@@ -64,10 +71,8 @@ std::string TrackLines::target_cells(const TrackRecord& r) const {
   const double level = std::hypot(p.x(), p.y());
   std::string text = shown(p.norm(), 9, 2) + " " + shown(-std::atan2(p.y(), p.x()) * kDegrees, 11, 1) + " ";
   text += (planar_ ? absent(9) : shown(std::atan2(p.z(), level) * kDegrees, 9, 1)) + " " + shown(speed, 11, 2) + " ";
-  if (r.target->rotation)
-    text += shown(compass(forward(*r.target->rotation)), 11, 1);
-  else
-    text += speed > kMinCourseSpeed ? shown(compass(r.target_velocity), 11, 1) : absent(11);
+  const auto heading = target_heading(r);
+  text += heading ? shown(*heading * kDegrees, 11, 1) : absent(11);
   return text + " " + (r.covariance ? fmt::format("{:>8}", deviation(*r.covariance)) : absent(8));
 }
 

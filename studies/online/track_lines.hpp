@@ -10,6 +10,10 @@
 
 namespace tandem {
 
+/// Returns the heading of the target, clockwise from north (the world's y axis) [rad]: that of its orientation, or else
+/// its course. Empty if it stands without an orientation.
+std::optional<double> target_heading(const TrackRecord& record);
+
 /// Live table of a track for a terminal: one line per second of data, with a repeated header.
 ///
 /// With a target, the columns are:

@@ -18,6 +18,7 @@ struct SensorRecord {
   std::size_t used = 0, rejected = 0;  ///< numbers of measurements so far
   std::optional<double> sigmas{};      ///< innovation of the newest measurement in standard deviations
   std::optional<double> age{};         ///< time from the last used measurement to the newest keyframe [s]
+  std::optional<double> nis{};         ///< mean NIS per row of the used measurements so far; 1 if consistent
 };
 
 /// Health of a track at an update; see TrackHealth.
@@ -57,6 +58,14 @@ struct TrackRecord {
   std::optional<SO3> measured_rotation{};         ///< measured orientation, likewise
   RecordHealth health{};
   std::vector<std::optional<RelativeTarget>> ahead{};  ///< predicted target in the chaser's body at t, per horizon
+
+  /// Known while the update is reported, but not stored in files of records.
+  struct Live {
+    Vector<6> chaser_twist = Vector<6>::Zero();  ///< over the last second, in the chaser's body [m/s, rad/s]
+    std::optional<Vector<6>> target_twist{};     ///< likewise in the target's body, if it has an orientation
+    Eigen::MatrixXd covariance{};  ///< joint, of [chaser; target], right perturbations; empty after a failed update
+    Eigen::Index chaser_rows = 0;  ///< rows of the chaser in it
+  } live{};
 
   /// Returns the position of the target in the chaser's body, t(C⁻¹T) [m]; requires a target.
   Vector<3> relative() const { return chaser.inverse().act(target->position); }

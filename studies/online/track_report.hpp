@@ -56,6 +56,8 @@ TrackSummary summarise(const Track& track, const Scenario& scenario, const Track
 std::string track_report(const Track& track, const TrackSummary& summary);
 /// Returns the contents of summary.json, without fields that are not available.
 std::string track_json(const Track& track, const TrackSummary& summary);
+/// Returns the same as one line, with a line end.
+std::string track_json_summary_line(const Track& track, const TrackSummary& summary);
 /// Returns the keys of summary.json.
 FileDescription track_json_keys();
 

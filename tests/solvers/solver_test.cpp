@@ -65,6 +65,48 @@ TEST(Solver, UsesChangedData) {
   EXPECT_EQ(solver.solve().status, Status::unsupported);
 }
 
+/// Solves a problem that changes in between, also in its bounds, and compares each solve with a first one.
+template <class Options>
+void expect_first_solves(const Options& options, bool hard) {
+  const auto build = [&](Problem& problem) {
+    const auto x = problem.add(R3()), y = problem.add(R3());
+    const Block fix = problem.minimize(Prior<R3>{R3({1.0, 2.0, 3.0})}, Gaussian{1.0, 1.0, 1.0}, {x});
+    problem.minimize(RelativePose<R3>{R3({1.0, 0.0, 0.0})}, Gaussian{0.5, 0.5, 0.5}, {x, y});
+    if (hard) problem.subject_to(Prior<R3>{R3()}, at_most(1.5), {y});
+    return std::tuple(x, y, fix);
+  };
+  Problem again;
+  const auto [x, y, fix] = build(again);
+  Solver solver(again, options);
+  for (int k = 0; k < 3; ++k) {
+    Problem once;
+    const auto [x_once, y_once, fix_once] = build(once);
+    const R3 z({1.0 + k, 2.0 - k, 0.5 * k});
+    again.set_residual(fix, Prior<R3>{z});
+    once.set_residual(fix_once, Prior<R3>{z});
+    for (const auto& [problem, a, b] : {std::tuple(&again, x, y), std::tuple(&once, x_once, y_once)}) {
+      problem->set_value(a, R3({0.1, 0.2, double(k)}));
+      problem->set_value(b, R3({0.0, 0.1, 0.2}));
+    }
+    expect_same(solver.solve(), solve(once, options));
+    EXPECT_EQ(again.value(x).vector(), once.value(x_once).vector());
+    EXPECT_EQ(again.value(y).vector(), once.value(y_once).vector());
+  }
+  EXPECT_EQ(solver.analyses(), 1);
+  again.remove(fix);
+  solver.solve();
+  EXPECT_EQ(solver.analyses(), 2);
+}
+
+TEST(Solver, TakesEverySolver) {
+  expect_first_solves(GaussNewtonOptions{}, false);
+  if (ipopt_available()) expect_first_solves(IpoptOptions{}, true);
+  if (nlopt_algorithms().empty()) return;
+  NloptOptions slsqp;
+  slsqp.algorithm = "slsqp";
+  expect_first_solves(slsqp, true);
+}
+
 TEST(Solver, RejectsInvalidChangesOfBlocks) {
   Problem problem;
   const auto x = problem.add(R3());

@@ -31,7 +31,7 @@ TEST(InnovationGate, IsTheInnovationOverItsStandardDeviation) {
   ASSERT_TRUE(lag.relinearize());
   EXPECT_NEAR(lag.covariance(x1)(0, 0), 4 + 2.25, 1e-10);  // up to the regularisation of the smoother
   const Block block = problem.minimize(Prior<Rn<1>>{Rn<1>(Vector<1>(9.5))}, unit(0.5), {x1});
-  const double sigmas = normalized_innovation(lag, block, 1).value();
+  const double sigmas = normalized_innovation(lag, block, 1).value().sigmas;
   EXPECT_NEAR(sigmas, 9 / std::sqrt(4 + 2.25 + 0.25), 1e-10);
   // Its square is twice the increase of the minimal cost.
   EXPECT_NEAR(2 * lag.update().cost, sigmas * sigmas, 1e-6);
@@ -43,9 +43,9 @@ TEST(InnovationGate, IsSmallForUnobservableStates) {
   lag.problem().minimize(RelativePose<R3>{R3()}, Gaussian{1.0, 1.0, 1.0}, {x, y});
   ASSERT_TRUE(lag.relinearize());
   const Block block = lag.problem().minimize(Prior<R3>{R3(Vector<3>(1e6, 0, 0))}, Gaussian{1.0, 1.0, 1.0}, {y});
-  EXPECT_LT(normalized_innovation(lag, block, 3).value(), 2.0);
+  EXPECT_LT(normalized_innovation(lag, block, 3).value().sigmas, 2.0);
   const Block absurd = lag.problem().minimize(Prior<R3>{R3(Vector<3>(1e200, 0, 0))}, Gaussian{1.0, 1.0, 1.0}, {y});
-  EXPECT_EQ(normalized_innovation(lag, absurd, 3), HUGE_VAL);
+  EXPECT_EQ(normalized_innovation(lag, absurd, 3).value().sigmas, HUGE_VAL);
   EXPECT_FALSE(has_finite_cost(lag.problem(), absurd));
 }
 
