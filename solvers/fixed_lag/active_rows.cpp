@@ -45,6 +45,8 @@ ActiveRows::ActiveRows(const NlpEvaluator& nlp, const Eigen::VectorXd& jacobian,
   }
 }
 
+LinearEquations ActiveRows::equations() const { return {row_, column_, value_, int(weight_.size())}; }
+
 bool ActiveRows::solve(const BlockCholesky& factor, const Eigen::VectorXd& g, const Eigen::VectorXd& b,
                        Eigen::VectorXd& p, Eigen::VectorXd& y) const {
   for (int i = 0; i < kMaxSolves; ++i) {

@@ -6,6 +6,7 @@
 
 #include <tandem/problem/nlp_evaluator.hpp>
 #include <tandem/solvers/linear/block_cholesky.hpp>
+#include <tandem/solvers/linear/selected_inverse.hpp>
 
 namespace tandem::detail {
 
@@ -32,6 +33,8 @@ class ActiveRows {
              const Eigen::VectorXd& scale);
 
   bool empty() const { return value_.empty(); }
+  /// Returns the equations A x = 0.
+  LinearEquations equations() const;
   /// W of each row of the NLP, 0 for inactive ones.
   const Eigen::VectorXd& weights() const { return weight_; }
   /// Returns √w⁰ of each row of the NLP, where 1/w⁰ is the variance that the cost alone would leave it, roughly.

@@ -8,9 +8,9 @@
 namespace tandem::detail {
 namespace {
 
-constexpr int kMaxActiveSets = 40;   // maximum number of active sets per step
-constexpr int kManyActiveSets = 6;   // number of active sets after which one row at a time changes
-constexpr double kWrongSign = 1e-9;  // of a multiplier [standard deviations]
+constexpr int kMaxActiveSets = 40;     // maximum number of active sets per step
+constexpr int kManyActiveSets = 6;     // number of active sets after which one row at a time changes
+constexpr double kWrongSign = 1e-9;    // of a multiplier [standard deviations]
 constexpr double kMeritNoise = 1e-10;  // relative change of the merit function that may be rounding
 
 }  // namespace
@@ -93,7 +93,6 @@ bool ActiveSetSolve::factorize() {
   nlp_.add_constraint_hessian(rows_.weights(), jacobian_, augmented_);
   for (Eigen::Index i = 0; i < shift_.size(); ++i)
     shift_[i] = scale_[i] > 0 ? options_.initial_damping * scale_[i] : kMinInformation;
-  moved_ = false;
   factorized_ = cholesky_.factorize(augmented_, shift_);
   return factorized_;
 }
@@ -199,7 +198,6 @@ bool ActiveSetSolve::try_step() {
     return give_up();
   }
   nlp_.recenter();
-  moved_ = true;
   s.cost = trial_cost_;
   c_.swap(trial_c_);
   jacobian_.swap(trial_jacobian_);

@@ -30,8 +30,6 @@ class ActiveSetSolve {
   bool gave_up() const { return gave_up_; }
   /// Returns whether the factor is missing.
   bool damped() const { return !factorized_; }
-  /// Returns whether the values have moved since the linearisation of the factor.
-  bool moved() const { return moved_; }
 
  private:
   double linearize();
@@ -54,7 +52,7 @@ class ActiveSetSolve {
   Session session_;
   std::vector<ActiveRows::Side> sides_;
   double predicted_ = 0, trial_cost_ = 0;
-  bool factorized_ = false, moved_ = false, gave_up_ = false;
+  bool factorized_ = false, gave_up_ = false;
   Eigen::VectorXd gradient_, hessian_, scale_, shift_, step_, trial_gradient_, augmented_;
   Eigen::VectorXd c_, jacobian_, trial_c_, trial_jacobian_, y_, b_, of_step_, penalty_;
 };

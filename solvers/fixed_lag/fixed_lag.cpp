@@ -2,6 +2,7 @@
 #include <array>
 #include <cmath>
 #include <cstdio>
+#include <numeric>
 #include <utility>
 
 #include <tandem/problem/nlp_evaluator.hpp>
@@ -113,11 +114,15 @@ Summary FixedLag::update() {
   return summary;
 }
 
-/// Allocates the factor for the Hessian of `nlp` and stores the block of each variable.
+/// Allocates the factor for the Hessian of `nlp`.
 void FixedLag::Factored::prepare(const Problem& problem, const NlpEvaluator& nlp) {
   factor.emplace(nlp.hessian_pattern(), kTimeOrderFlops);
+  inverse.reset();
   rows = {};
-  first = nlp.hessian_pattern().first;
+  store_blocks(problem, nlp);
+}
+
+void FixedLag::Factored::store_blocks(const Problem& problem, const NlpEvaluator& nlp) {
   known.assign(std::size_t(problem.id_bound()), {});
   for (int id = 0; id < problem.id_bound(); ++id)
     if (!problem.name(id).empty()) {
@@ -136,41 +141,72 @@ bool FixedLag::relinearize() {
   solved_.known.clear();
   extension_.clear();
   state_ = AtValues::same;
-  return why_unsupported(problem_, options_).empty() && solved_.linearize(problem_, detail::kMinInformation);
+  if (!why_unsupported(problem_, options_).empty() || !solved_.linearize(problem_, detail::kMinInformation))
+    return false;
+  if (!solved_.rows.empty()) state_ = AtValues::wanted;
+  size_after_update_ = size();
+  return true;
+}
+
+bool FixedLag::Factored::evaluate(NlpEvaluator& nlp, Eigen::VectorXd& hessian, Eigen::VectorXd& diagonal,
+                                  Eigen::VectorXd& jacobian) {
+  Eigen::VectorXd gradient(nlp.num_unknowns());
+  hessian.resize(nlp.hessian_pattern().nonzeros());
+  diagonal.resize(nlp.num_unknowns());
+  try {
+    if (!std::isfinite(nlp.linearize(gradient, hessian))) return false;
+    detail::hessian_diagonal(nlp.hessian_pattern(), hessian, diagonal);
+    if (nlp.num_rows() == 0) return true;
+    Eigen::VectorXd y(nlp.num_rows());
+    jacobian.resize(Eigen::Index(nlp.jacobian_pattern().row.size()));
+    nlp.multipliers(y);
+    nlp.constraint_jacobian(jacobian);
+    rows = detail::ActiveRows(nlp, jacobian, detail::ActiveRows::sides(nlp, y), diagonal);
+    return true;
+  } catch (const UndefinedResidualError&) {
+    return false;
+  }
 }
 
 bool FixedLag::Factored::linearize(Problem& problem, double damping) {
   NlpEvaluator nlp(problem);
   prepare(problem, nlp);
-  Eigen::VectorXd gradient(nlp.num_unknowns()), diagonal(nlp.num_unknowns());
-  Eigen::VectorXd hessian(nlp.hessian_pattern().nonzeros());
+  Eigen::VectorXd hessian, diagonal, jacobian;
   const auto factorize = [&](double relative) {
     const auto shift = [relative](double d) { return d > 0 ? d * relative : detail::kMinInformation; };
     return factor->factorize(hessian, diagonal.unaryExpr(shift));
   };
-  bool there = false;
-  try {
-    there = std::isfinite(nlp.linearize(gradient, hessian));
-    detail::hessian_diagonal(nlp.hessian_pattern(), hessian, diagonal);
-    if (nlp.num_rows() > 0) {
-      Eigen::VectorXd y(nlp.num_rows()), jacobian(Eigen::Index(nlp.jacobian_pattern().row.size()));
-      nlp.multipliers(y);
-      nlp.constraint_jacobian(jacobian);
-      rows = detail::ActiveRows(nlp, jacobian, detail::ActiveRows::sides(nlp, y), diagonal);
-      nlp.add_constraint_hessian(rows.weights(), jacobian, hessian);
-    }
-    there = there && (factorize(damping) || factorize(detail::kMinInformation));
-  } catch (const UndefinedResidualError&) {  // a residual is undefined
-  }
+  bool there = evaluate(nlp, hessian, diagonal, jacobian);
+  if (there && !rows.empty()) nlp.add_constraint_hessian(rows.weights(), jacobian, hessian);
+  there = there && (factorize(damping) || factorize(detail::kMinInformation));
   if (!there) known.clear();
   return there;
+}
+
+bool FixedLag::Factored::linearize_exactly(Problem& problem, double damping) {
+  if (problem.num_hard_blocks() == 0) return linearize(problem, damping);
+  NlpEvaluator nlp(problem);
+  Eigen::VectorXd hessian, diagonal, jacobian;
+  inverse.reset();
+  if (evaluate(nlp, hessian, diagonal, jacobian)) {
+    const SymmetricPattern& pattern = nlp.hessian_pattern();
+    for (int block = 0; block < pattern.num_blocks(); ++block)
+      for (int i = 0; i < pattern.width(block); ++i)
+        if (double& entry = hessian[pattern.diagonal(block, i)]; !(entry > 0)) entry = detail::kMinInformation;
+    inverse.emplace(pattern);
+    if (inverse->compute(hessian, rows.equations())) {
+      store_blocks(problem, nlp);
+      return true;
+    }
+  }
+  return linearize(problem, damping);  // an unobservable direction: with the weights, it gets a large variance
 }
 
 /// Computes at_values_ if it is wanted. Returns whether it covers these variables.
 bool FixedLag::linearize_at_values(const std::vector<int>& ids) const {
   const std::lock_guard lock(*mutex_);
   if (state_ == AtValues::wanted && size() == size_after_update_)
-    state_ = at_values_.linearize(problem_, options_.initial_damping) ? AtValues::known : AtValues::unavailable;
+    state_ = at_values_.linearize_exactly(problem_, options_.initial_damping) ? AtValues::known : AtValues::unavailable;
   return state_ == AtValues::known &&
          std::all_of(ids.begin(), ids.end(), [&](int id) { return at_values_.block_of(problem_, id) >= kFixed; });
 }
@@ -207,7 +243,7 @@ Summary FixedLag::solve_constrained_window(NlpEvaluator& nlp) {
   Summary summary = solve.run();
   if (!solve.gave_up()) {
     if (summary.status == Status::failed || solve.damped()) solved_.known.clear();
-    if (solve.moved()) state_ = AtValues::wanted;
+    state_ = AtValues::wanted;
     return summary;
   }
   nlp.restore();
@@ -221,6 +257,7 @@ Summary FixedLag::solve_constrained_window(NlpEvaluator& nlp) {
   Summary global = sequence.add(tandem::solve(problem_, options), summary.initial_cost);
   global.solver = summary.solver;
   if (global.status == Status::failed || !solved_.linearize(problem_, options_.initial_damping)) solved_.known.clear();
+  state_ = AtValues::wanted;
   return global;
 }
 
@@ -319,26 +356,14 @@ Eigen::MatrixXd FixedLag::Factored::covariance(const std::vector<int>& ids, cons
   std::vector<int> blocks;
   for (const int id : free.ids) blocks.push_back(known[std::size_t(id)].block);
   if (blocks.empty()) return free.with_zeros({});
-  return free.with_zeros(rows.empty() ? factor->inverse_of(blocks) : constrained_inverse_of(blocks));
-}
-
-/// Returns blocks of the inverse of the Hessian on the null space of the active rows.
-Eigen::MatrixXd FixedLag::Factored::constrained_inverse_of(const std::vector<int>& blocks) const {
-  std::vector<Eigen::Index> unknowns;
-  for (const int b : blocks)
-    for (int i = first[std::size_t(b)]; i < first[std::size_t(b) + 1]; ++i) unknowns.push_back(i);
-  const auto n = Eigen::Index(unknowns.size());
-  const Eigen::VectorXd zero = Eigen::VectorXd::Zero(rows.weights().size());
-  Eigen::MatrixXd S(n, n);
-  Eigen::VectorXd unit = Eigen::VectorXd::Zero(first.back()), column, y;
-  for (Eigen::Index j = 0; j < n; ++j) {
-    unit[unknowns[std::size_t(j)]] = -1;
-    y = zero;
-    rows.solve(*factor, unit, zero, column, y);
-    unit[unknowns[std::size_t(j)]] = 0;
-    S.col(j) = column(unknowns);
-  }
-  return 0.5 * (S + S.transpose());
+  if (!inverse) return free.with_zeros(factor->inverse_of(blocks));
+  const Eigen::Index size = std::accumulate(free.dofs.begin(), free.dofs.end(), 0);
+  Eigen::MatrixXd S(size, size);
+  for (std::size_t a = 0, row = 0; a < blocks.size(); row += std::size_t(free.dofs[a++]))
+    for (std::size_t b = 0, column = 0; b < blocks.size(); column += std::size_t(free.dofs[b++]))
+      inverse->block(blocks[a], blocks[b],
+                     S.block(Eigen::Index(row), Eigen::Index(column), free.dofs[a], free.dofs[b]));
+  return free.with_zeros(S);
 }
 
 std::string why_unsupported(const Problem& problem, const FixedLagOptions&) { return detail::why_unsolvable(problem); }
