@@ -1,3 +1,4 @@
+#include <CLI/CLI.hpp>
 #include <fmt/format.h>
 
 #include <tandem/lie/error.hpp>
@@ -147,6 +148,25 @@ Scenario read_problem_settings(const ProblemRequest& request, const CommandOptio
   Scenario scenario = read_settings(find_scenario(request.scenario, builtin_scenarios()), rows);
   apply_options(request, option, !moves_by_odometry(scenario), scenario);
   return scenario;
+}
+
+ProblemOfWords apply_words(const std::vector<std::string>& words, Scenario scenario) {
+  CLI::App app;
+  CommandOptions option(app);
+  ProblemRequest request;
+  add_problem(option, request, true);
+  add_max_keyframes(option, request);
+  add_own_sensors(option, request.own, true);
+  std::vector<std::string> reversed(words.rbegin(), words.rend());  // as CLI11 takes them
+  reversed.insert(reversed.begin(), scenario.folder.string());
+  try {
+    app.parse(std::move(reversed));
+  } catch (const CLI::ParseError& error) {
+    throw BadInputError(error.what());
+  }
+  option.read(words);
+  apply_options(request, option, !moves_by_odometry(scenario), scenario);
+  return {std::move(scenario), tracking_options(request, false), navigation_options(request)};
 }
 
 Scenario navigate_first(Scenario scenario, NavigationOptions options, const Output& output, const std::string& line,

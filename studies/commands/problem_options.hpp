@@ -53,6 +53,16 @@ Scenario read_any_problem(const ProblemRequest& request, const CommandOptions& o
 /// Like read_any_problem(), but reads only the settings; see read_settings().
 Scenario read_problem_settings(const ProblemRequest& request, const CommandOptions& option, RowsIn rows);
 
+/// A scenario with the options of its problem.
+struct ProblemOfWords {
+  Scenario scenario;
+  TrackingOptions target;
+  NavigationOptions own;
+};
+/// Applies words of a command line, such as "--model=damped-twist", to a scenario as it was read. Throws Error on words
+/// that do not apply to it.
+ProblemOfWords apply_words(const std::vector<std::string>& words, Scenario scenario);
+
 /// Navigates the chaser by its own sensors and returns the scenario with the result as odometry; see navigated().
 /// `line` starts the progress line. Throws Stopped on an interrupt or after `time_limit` [s], since solvers cannot be
 /// compared on an unfinished problem.

@@ -45,6 +45,7 @@ const std::map<std::string, std::vector<std::string>> kDependencies = {
     {"studies/navigation_results", {"studies/navigation"}},
     {"studies/estimation", {"studies/navigation"}},
     {"studies/calibration", {"studies/navigation", "solvers/calibration"}},
+    {"studies/tuning", {"studies/calibration", "studies/estimation"}},
     {"studies/online", {"studies/estimation"}},
     {"studies/comparison", {"studies/estimation"}},
     {"studies/planning", {"studies/estimation", "studies/simulation", "solvers/replanning"}},
@@ -56,7 +57,8 @@ const std::map<std::string, std::vector<std::string>> kDependencies = {
     {"studies/inspection", {"studies/recording", "studies/scenario"}},
     {"studies/import", {"studies/inspection"}},
     {"studies/export", {"studies/import"}},
-    {"studies/commands", {"studies/export", "studies/online", "studies/report", "studies/paper", "problem/file"}},
+    {"studies/commands",
+     {"studies/export", "studies/online", "studies/report", "studies/paper", "studies/tuning", "problem/file"}},
     {"studies/bench", {"studies/commands"}},
 };
 const std::vector<std::string> kLayers = {"lie", "residuals", "problem", "solvers", "studies"};

@@ -1,0 +1,226 @@
+#include <algorithm>
+#include <optional>
+#include <set>
+
+#include <tandem/problem/parallel_tasks.hpp>
+#include <tandem/solvers/calibration/calibrate_built.hpp>
+#include <tandem/solvers/calibration/select_model.hpp>
+
+namespace tandem {
+namespace {
+
+constexpr int kMaxSearchRounds = 8;
+
+/// Thrown scores of `impossible` models carry the reason; `parts` is empty.
+PredictiveScore impossible(const std::string& why) {
+  PredictiveScore score;
+  score.why = why.empty() ? "the model cannot be built" : why;
+  return score;
+}
+
+class GreedySearch {
+ public:
+  GreedySearch(const BuildModel& build, const ModelSelectionOptions& options) : build_(build), options_(options) {
+    options_.score.stop = options.stop;
+  }
+
+  ModelSelection run(std::vector<ModelChange> candidates) {
+    found_.settings = options_.start;
+    // The first model is scored even if the time is short: without it, there is nothing to return.
+    const auto [score, problems] = scored(options_.start);
+    if (!score.valid()) throw NumericalError("the model to start from cannot be validated: " + score.why);
+    found_.start = found_.found = score;
+    solved_ = problems;
+    try {
+      for (int round = 0; round < kMaxSearchRounds; ++round) {
+        const bool kept = forward(with_proposals(candidates));
+        const bool removed = backward();
+        if (!kept && !removed) break;
+        keep_promising(candidates);
+      }
+    } catch (const Stopped&) {
+      found_.cut_short = true;
+    }
+    found_.gain = score_gain(found_.start, found_.found);
+    return std::move(found_);
+  }
+
+ private:
+  struct Scored {
+    PredictiveScore score;
+    std::vector<std::shared_ptr<Problem>> problems;
+  };
+  struct Evaluated {
+    ModelChange change;
+    Scored result;
+    ScoreGain gain{};
+    bool valid() const { return result.score.valid(); }
+    double worth() const { return gain.gain - change.parameters; }
+  };
+
+  Scored scored(const ModelSettings& settings) const try {
+    BuiltModel built = build_(settings);
+    std::vector<Problem*> raw;
+    for (std::size_t p = 0; p < built.problems.size(); ++p) {
+      raw.push_back(built.problems[p].get());
+      if (p < solved_.size()) detail::copy_values(*solved_[p], *raw[p]);
+    }
+    PredictiveScore score = predictive_score(raw, built.measurements, options_.score);
+    if (score.valid() && !found_.start.parts.empty()) score = completed(std::move(score), found_.start);
+    return {std::move(score), std::move(built.problems)};
+  } catch (const Stopped&) {
+    throw;
+  } catch (const Error& error) {
+    return {impossible(error.what()), {}};
+  }
+
+  /// Scores changes of the current model at the same time.
+  std::vector<Evaluated> evaluate(const std::vector<ModelChange>& changes) {
+    std::vector<Evaluated> all;
+    for (std::size_t first = 0; first < changes.size(); first += detail::kMaxTasks) {
+      const int count = static_cast<int>(std::min(changes.size() - first, std::size_t(detail::kMaxTasks)));
+      std::vector<Evaluated> some(static_cast<std::size_t>(count));
+      tasks_.run(count, [&](int task) {
+        some[std::size_t(task)] = {changes[first + std::size_t(task)],
+                                   scored(changed(found_.settings, changes[first + std::size_t(task)]))};
+      });
+      for (Evaluated& one : some) {
+        if (one.valid()) one.gain = score_gain(found_.found, one.result.score);
+        ++found_.models;
+        all.push_back(std::move(one));
+      }
+      if (options_.progress) options_.progress(found_.models, score_gain(found_.start, found_.found).gain);
+    }
+    return all;
+  }
+
+  ModelVerdict verdict(const Evaluated& one) const {
+    if (!one.valid()) return ModelVerdict::impossible;
+    if (!(one.gain.gain > std::max(one.gain.standard_error, one.change.parameters))) return ModelVerdict::not_better;
+    constexpr std::size_t k95 = 1;
+    const Coverage before = found_.found.coverage()[k95], after = one.result.score.coverage()[k95];
+    const double allowed = 2 * std::hypot(before.standard_error, after.standard_error);
+    const bool worse = after.share < before.share - allowed && after.share < kCoverageLevels[k95] - allowed;
+    return worse ? ModelVerdict::inconsistent : ModelVerdict::kept;
+  }
+
+  void record(const Evaluated& one, ModelVerdict verdict) {
+    const bool rejected = verdict != ModelVerdict::kept && verdict != ModelVerdict::removed;
+    if (rejected && !recorded_.insert(one.change.settings).second) return;
+    found_.steps.push_back({one.change, one.gain, verdict, one.result.score.why});
+  }
+
+  void keep(Evaluated one) {
+    found_.settings = changed(std::move(found_.settings), one.change);
+    found_.found = std::move(one.result.score);
+    solved_ = std::move(one.result.problems);
+  }
+
+  std::vector<ModelChange> with_proposals(const std::vector<ModelChange>& candidates) const {
+    std::vector<ModelChange> all;
+    std::set<ModelSettings> seen = {found_.settings};
+    const auto add = [&](const std::vector<ModelChange>& changes) {
+      for (const ModelChange& change : changes)
+        if (seen.insert(changed(found_.settings, change)).second) all.push_back(change);
+    };
+    add(candidates);
+    if (options_.propose) add(options_.propose(found_.settings));
+    return all;
+  }
+
+  /// Keeps candidates in the order of their gains, each on top of those kept before. Returns whether one was kept.
+  bool forward(const std::vector<ModelChange>& candidates) {
+    std::vector<Evaluated> all = evaluate(candidates);
+    std::stable_sort(all.begin(), all.end(), [](const Evaluated& a, const Evaluated& b) {
+      return a.valid() != b.valid() ? a.valid() : a.valid() && a.worth() > b.worth();
+    });
+    promising_.clear();
+    bool kept = false;
+    std::set<std::string> changed_settings;
+    for (Evaluated& one : all) {
+      const bool promising = one.valid() && one.worth() > 0;
+      if (promising) promising_.insert(one.change.settings);
+      const bool overlaps = std::any_of(one.change.settings.begin(), one.change.settings.end(),
+                                        [&](const auto& s) { return changed_settings.contains(s.first); });
+      if (kept && promising && overlaps) continue;  // again in the next round
+      if (kept && promising) one = std::move(evaluate({one.change}).front());
+      const ModelVerdict found = verdict(one);
+      record(one, found);
+      if (found != ModelVerdict::kept) continue;
+      for (const auto& [setting, value] : one.change.settings) changed_settings.insert(setting);
+      keep(std::move(one));
+      kept = true;
+    }
+    return kept;
+  }
+
+  /// Removes changes without which the model is no worse. Returns whether one was removed.
+  bool backward() {
+    bool removed = false;
+    for (;;) {
+      std::vector<ModelChange> removals;
+      for (const auto& [setting, value] : found_.settings) {
+        const auto at = options_.start.find(setting);
+        const std::string before = at == options_.start.end() ? "" : at->second;
+        if (before != value) removals.push_back({{{setting, before}}, "", 0});
+      }
+      if (removals.size() < 2) return removed;
+      std::vector<Evaluated> all = evaluate(removals);
+      const auto best = std::max_element(all.begin(), all.end(), [](const Evaluated& a, const Evaluated& b) {
+        return a.valid() != b.valid() ? b.valid() : a.valid() && a.gain.gain < b.gain.gain;
+      });
+      // A parameter costs one, as for the candidates.
+      if (!best->valid() || -best->gain.gain > std::min(best->gain.standard_error, 1.0)) return removed;
+      record(*best, ModelVerdict::removed);
+      keep(std::move(*best));
+      removed = true;
+    }
+  }
+
+  /// Removes candidates that did not gain.
+  void keep_promising(std::vector<ModelChange>& candidates) const {
+    std::erase_if(candidates, [&](const ModelChange& change) { return !promising_.contains(change.settings); });
+  }
+
+  const BuildModel& build_;
+  ModelSelectionOptions options_;
+  ModelSelection found_;
+  std::vector<std::shared_ptr<Problem>> solved_;  // by the current model
+  std::set<ModelSettings> promising_, recorded_;
+  detail::TaskRunner tasks_;
+};
+
+}  // namespace
+
+std::string_view name(ModelVerdict verdict) {
+  switch (verdict) {
+    case ModelVerdict::kept:
+      return "kept";
+    case ModelVerdict::not_better:
+      return "not better";
+    case ModelVerdict::inconsistent:
+      return "inconsistent";
+    case ModelVerdict::impossible:
+      return "impossible";
+    case ModelVerdict::removed:
+      return "removed";
+  }
+  return "";
+}
+
+ModelSettings changed(ModelSettings settings, const ModelChange& change) {
+  for (const auto& [setting, value] : change.settings) {
+    if (value.empty())
+      settings.erase(setting);
+    else
+      settings[setting] = value;
+  }
+  return settings;
+}
+
+ModelSelection select_model(const BuildModel& build, const std::vector<ModelChange>& candidates,
+                            const ModelSelectionOptions& options) {
+  return GreedySearch(build, options).run(candidates);
+}
+
+}  // namespace tandem

@@ -1,0 +1,222 @@
+#include <algorithm>
+#include <cmath>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <tandem/studies/calibration/calibration_problem.hpp>
+#include <tandem/studies/support/text.hpp>
+#include <tandem/studies/tuning/proposed_changes.hpp>
+
+namespace tandem {
+namespace {
+
+constexpr double kTimes[] = {10, 40};  // correlation times [s] that are tried besides that of the residuals
+constexpr double kDelay = 0.5, kScale = 0.05, kMisalignment = 0.05;  // priors of constants: s, 1, rad
+constexpr double kFactor = 2;                                        // of refinements
+constexpr std::size_t kFewest = 8;  // measurements of a sensor that can tell its errors
+
+std::string numbers(std::vector<double> values, double factor = 1) {
+  for (double& v : values) v *= factor;
+  return fmt::format("{:.4g}", fmt::join(values, ","));
+}
+
+std::string drifting(const std::vector<double>& sigmas, double time) {
+  return fmt::format("{}:{:.3g}", numbers(sigmas), time);
+}
+
+/// Residuals of all components of one sensor.
+struct SensorResiduals {
+  double correlation_time = 0, mean = 0, spread = 0, down_weighted = 0;
+  std::size_t count = 0;
+};
+
+SensorResiduals residuals_of(const CalibratedEntry& entry, const std::vector<Misfit>& residuals) {
+  SensorResiduals all;
+  for (std::size_t c = 0; c < entry.components.size(); ++c)
+    for (const Misfit& m : residuals) {
+      if (m.parameter != entry.parameter(c) || m.value.empty()) continue;
+      all.count = std::max(all.count, m.value.size());
+      all.correlation_time = std::max(all.correlation_time, m.correlation_time());
+      if (m.has_significant_mean()) all.mean = std::max(all.mean, std::abs(m.mean()));
+      all.spread = std::max(all.spread, m.spread());
+      all.down_weighted =
+          std::max(all.down_weighted, double(m.down_weighted) / double(m.down_weighted + m.value.size()));
+    }
+  return all;
+}
+
+/// Collects the candidates of a recording.
+class Proposals {
+ public:
+  Proposals(const Scenario& scenario, const TrackingOptions& options, const std::vector<Misfit>& residuals)
+      : scenario_(scenario), options_(options), residuals_(residuals), entries_(calibrated_entries(scenario)) {}
+
+  std::vector<ModelChange> all() {
+    if (!scenario_.data.sensors.empty()) {
+      add({{"robust", "true"}}, "down-weights measurements that contradict the others", 1);
+      motion_models();
+    }
+    for (const CalibratedEntry& entry : entries_)
+      if (entry.sensor) sensor(entry);
+    drift_of_all_sensors();
+    return std::move(changes_);
+  }
+
+ private:
+  void add(ModelSettings settings, std::string why, double parameters) {
+    changes_.push_back({std::move(settings), std::move(why), parameters});
+  }
+
+  const TargetSensor* target_sensor(const std::string& name) const {
+    for (const TargetSensor& s : scenario_.data.sensors)
+      if (s.name == name) return &s;
+    return nullptr;
+  }
+
+  void motion_models() {
+    const bool poses = std::any_of(scenario_.data.sensors.begin(), scenario_.data.sensors.end(),
+                                   [](const TargetSensor& s) { return s.type->has(measured::rotation); });
+    for (const MotionModel model : {MotionModel::constant_twist, MotionModel::damped_twist,
+                                    MotionModel::white_noise_acceleration, MotionModel::constant_velocity})
+      if (model != options_.model && (!poses || !is_point_model(model)))
+        add({{"model", std::string(name(model))}}, "another motion model", 1);
+    if (options_.mode == Mode::A && supports_points(options_.model))
+      add({{"mode", "B"}}, "points where nothing measures the orientation", 1);
+    if (uses_triples(options_.model)) add({{"horizons", "1,2,4"}}, "slower motion noise", 1);
+    add({{"non-holonomic", "soft"}}, "a target that moves forwards", 1);
+    if (!scenario_.data.planar && options_.roll_pitch == Role::soft)
+      add({{"roll-pitch", "off"}}, "a target that tilts", 1);
+  }
+
+  void sensor(const CalibratedEntry& entry) {
+    const SensorResiduals r = residuals_of(entry, residuals_);
+    if (r.count < kFewest) return;
+    const std::string error = "error " + entry.name;
+    const std::string why = r.correlation_time > 0
+                                ? fmt::format("residuals correlate for {:.2g} s", r.correlation_time)
+                                : fmt::format("residuals have a spread of {:.2g} standard deviations", r.spread);
+    for (const double time : times(r)) add({{error, drifting(entry.sigmas, time)}}, "a drifting bias; " + why, 2);
+    if (r.mean > 0)
+      add({{error, numbers(entry.sigmas, 3)}}, fmt::format("a constant bias; residuals have a mean of {:.2g}", r.mean),
+          double(entry.sigmas.size()));
+    add({{error + ".delay", numbers({kDelay})}}, "a delay", 1);
+    const TargetSensor* const target = target_sensor(entry.name);
+    const bool length = target ? target->type->has(measured::position | measured::range) : entry.kind == "dvl";
+    const bool turns = target ? !(target->type->parts == measured::range || target->type->parts == measured::height)
+                              : entry.kind == "dvl" || entry.kind == "heading";
+    if (length) add({{error + ".scale", numbers({kScale})}}, "a scale factor error", 1);
+    if (turns) add({{error + ".misalignment", numbers({kMisalignment})}}, "a misalignment", 3);
+    losses(entry, r);
+  }
+
+  void losses(const CalibratedEntry& entry, const SensorResiduals& r) {
+    const std::string why = r.down_weighted > 0
+                                ? fmt::format("heavy tails; {:.1f} % are down-weighted", 100 * r.down_weighted)
+                                : fmt::format("heavy tails; the spread is {:.2g}", r.spread);
+    add({{"loss " + entry.name, "cauchy:2"}}, why, 1);
+    add({{"loss " + entry.name, fmt::format("student-t:{:.3g}", std::sqrt(4.0 + double(entry.sigmas.size())))}}, why,
+        1);
+    if (entry.kind == name(SensorType::pose))
+      add({{"loss " + entry.name + ".orientation", "cauchy:2"}}, "turned orientations", 1);
+  }
+
+  void drift_of_all_sensors() {
+    for (const double time : kTimes) {
+      ModelSettings settings;
+      for (const CalibratedEntry& entry : entries_)
+        if (entry.sensor && residuals_of(entry, residuals_).count >= kFewest)
+          settings["error " + entry.name] = drifting(entry.sigmas, time);
+      if (settings.size() > 1) add(settings, "drifting biases of all sensors", double(settings.size() + 1));
+    }
+  }
+
+  static std::vector<double> times(const SensorResiduals& r) {
+    std::vector<double> all(std::begin(kTimes), std::end(kTimes));
+    if (r.correlation_time > 0) all.push_back(r.correlation_time);
+    return all;
+  }
+
+  const Scenario& scenario_;
+  const TrackingOptions& options_;
+  const std::vector<Misfit>& residuals_;
+  std::vector<CalibratedEntry> entries_;
+  std::vector<ModelChange> changes_;
+};
+
+/// Returns the numbers before and after the colon of "1.5,0.02:10".
+std::pair<std::vector<double>, double> numbers_of(const std::string& text) {
+  std::pair<std::vector<double>, double> found{{}, 0};
+  const std::size_t colon = text.find(':');
+  for (const std::string_view word : split(std::string_view(text).substr(0, colon), ','))
+    if (const auto value = parse_number(word)) found.first.push_back(*value);
+  if (colon != text.npos) found.second = parse_number(std::string_view(text).substr(colon + 1)).value_or(0);
+  return found;
+}
+
+}  // namespace
+
+std::vector<std::string> words_of(const ModelSettings& settings) {
+  std::vector<std::string> words;
+  for (const auto& [setting, value] : settings) {
+    const std::size_t space = setting.find(' ');
+    if (space != setting.npos)
+      words.push_back(fmt::format("--{}={}={}", setting.substr(0, space), setting.substr(space + 1), value));
+    else
+      words.push_back(value == "true" ? "--" + setting : fmt::format("--{}={}", setting, value));
+  }
+  return words;
+}
+
+std::string describe(const ModelSettings& settings) {
+  std::string text;
+  for (const auto& [setting, value] : settings) {
+    const std::size_t space = setting.find(' ');
+    if (!text.empty()) text += " ";
+    if (value.empty())
+      text += "without --" + setting;
+    else if (space != setting.npos)
+      text += fmt::format("--{} {}={}", setting.substr(0, space), setting.substr(space + 1), value);
+    else
+      text += value == "true" ? "--" + setting : fmt::format("--{} {}", setting, value);
+  }
+  return text;
+}
+
+std::vector<ModelChange> proposed_changes(const Scenario& scenario, const TrackingOptions& options,
+                                          const std::vector<Misfit>& residuals) {
+  return Proposals(scenario, options, residuals).all();
+}
+
+std::vector<ModelChange> refined_changes(const Scenario& scenario, const TrackingOptions& options,
+                                         const ModelSettings& settings) {
+  std::vector<ModelChange> changes;
+  const auto add = [&](const std::string& setting, std::string value, std::string why) {
+    changes.push_back({{{setting, std::move(value)}}, std::move(why), 1});
+  };
+  for (const auto& [setting, value] : settings) {
+    if (!setting.starts_with("error ")) continue;
+    const auto [sigmas, time] = numbers_of(value);
+    for (const double factor : {kFactor, 1 / kFactor}) {
+      const std::string wide = numbers(sigmas, factor);
+      if (!(time > 0)) {
+        add(setting, wide, "another size of the error");
+        continue;
+      }
+      add(setting, fmt::format("{}:{:.3g}", wide, time), "another size of the bias");
+      add(setting, drifting(sigmas, time * factor), "another correlation time");
+    }
+  }
+  for (const CalibratedEntry& entry : calibrated_entries(scenario)) {
+    if (entry.name.ends_with(".error")) continue;
+    const bool motion = entry.name == "constant_twist" || entry.name == "constant_velocity";
+    if (!entry.sensor && !motion) continue;
+    if (motion && (entry.name == "constant_velocity") != (is_point_model(options.model) || options.mode == Mode::B))
+      continue;
+    for (const double factor : {kFactor, 1 / kFactor})
+      add("noise " + entry.name, numbers(entry.sigmas, factor), factor > 1 ? "larger noise" : "smaller noise");
+  }
+  return changes;
+}
+
+}  // namespace tandem

@@ -1,0 +1,31 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include <tandem/solvers/calibration/select_model.hpp>
+#include <tandem/studies/calibration/misfit.hpp>
+#include <tandem/studies/estimation/estimate.hpp>
+
+namespace tandem {
+
+/// Settings of tuned models are options of the command line: "model" stands for --model=VALUE, "error lidar" for
+/// --error=lidar=VALUE, and a flag such as "robust" has the value "true".
+
+/// Returns the words of a command line for settings.
+std::vector<std::string> words_of(const ModelSettings& settings);
+/// Returns a change in words: "--error lidar=1.5,0.02:10".
+std::string describe(const ModelSettings& settings);
+
+/// Returns candidate changes for a recording, with the reasons that its residuals give: losses, systematic errors of
+/// each sensor, motion models of the target, and noise. `scenario` and `options` have the settings of the given model;
+/// `residuals` are those at its solution.
+std::vector<ModelChange> proposed_changes(const Scenario& scenario, const TrackingOptions& options,
+                                          const std::vector<Misfit>& residuals);
+
+/// Returns other values for the numbers of a model: its systematic errors and their correlation times, and all noise,
+/// larger and smaller. `scenario` has the settings of the model.
+std::vector<ModelChange> refined_changes(const Scenario& scenario, const TrackingOptions& options,
+                                         const ModelSettings& settings);
+
+}  // namespace tandem

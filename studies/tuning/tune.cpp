@@ -1,0 +1,187 @@
+#include <algorithm>
+#include <chrono>
+#include <set>
+
+#include <fmt/format.h>
+
+#include <tandem/lie/error.hpp>
+#include <tandem/solvers/calibration/default_solve.hpp>
+#include <tandem/studies/calibration/scored_measurements.hpp>
+#include <tandem/studies/support/text.hpp>
+#include <tandem/studies/tuning/proposed_changes.hpp>
+#include <tandem/studies/tuning/tune.hpp>
+
+namespace tandem {
+namespace {
+
+/// Returns the names by which a setting is known: for "error usbl.delay" also error, usbl, usbl.delay and delay.
+std::set<std::string> names_of(const std::string& setting) {
+  std::set<std::string> names = {setting};
+  for (const std::string_view word : split(setting, ' ')) {
+    names.emplace(word);
+    for (const std::string_view part : split(word, '.')) names.emplace(part);
+  }
+  return names;
+}
+
+bool is_named(const ModelChange& change, const std::vector<std::string>& names) {
+  return std::any_of(change.settings.begin(), change.settings.end(), [&](const auto& setting) {
+    const std::set<std::string> own = names_of(setting.first);
+    return std::any_of(names.begin(), names.end(), [&](const std::string& name) { return own.contains(name); });
+  });
+}
+
+/// The problems of all recordings with the same settings.
+struct Recordings {
+  CalibrationProblems problems;
+  std::vector<TunedProblem> with_options;
+};
+
+class Tuner {
+ public:
+  Tuner(const std::vector<Scenario>& scenarios, const TuneOptions& options)
+      : scenarios_(scenarios), options_(options) {}
+
+  Tuning run() {
+    const auto begin = std::chrono::steady_clock::now();
+    Tuning result;
+    for (const Scenario& scenario : scenarios_) result.scenarios.push_back(scenario.name);
+    result.start = options_.start;
+    Recordings first = solved(options_.start, options_.stop);
+    check_same_sensors(first);
+    result.before = all_misfits(first);
+    result.block_length = held_out_block_length(first.problems, options_.stop);
+    if (!(result.block_length > 0))
+      throw Error(
+          fmt::format("{} is too short to hold out blocks of time; record for longer, or choose the model "
+                      "yourself",
+                      result.scenarios.front()));
+    result.candidates =
+        proposed_changes(first.with_options.front().scenario, first.with_options.front().target, result.before);
+    check_names(result.candidates, first);
+    select(result.candidates);
+    if (options_.dry_run) {
+      result.selection.settings = options_.start;
+    } else {
+      result.selection = search(result);
+      Recordings found = solved(result.selection.settings, Stop());
+      result.after = all_misfits(found);
+      for (const CalibratedEntry& entry : found.problems.front()->entries)
+        result.noise.push_back({entry.name, entry.sigmas});
+    }
+    result.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+    return result;
+  }
+
+ private:
+  Recordings built(const ModelSettings& settings, const Stop& stop) const {
+    Recordings all;
+    for (const Scenario& scenario : scenarios_) {
+      TunedProblem one = options_.apply(scenario, settings);
+      NavigationOptions own = one.own;
+      own.covariance = false;
+      stop.limit(own.solver);
+      all.problems.push_back(std::make_unique<CalibrationProblem>(one.scenario, one.target, own, stop.with_grace()));
+      all.with_options.push_back(std::move(one));
+    }
+    return all;
+  }
+
+  Recordings solved(const ModelSettings& settings, const Stop& stop) const {
+    Recordings all = built(settings, stop);
+    for (const auto& problem : all.problems) {
+      const Summary summary = detail::solve_with_default(problem->problem(), stop);
+      stop.check("tune");
+      if (summary.status != Status::converged && summary.status != Status::max_iterations)
+        throw Error(fmt::format("{} cannot be solved: {}", problem->scenario, summary.message));
+    }
+    return all;
+  }
+
+  std::vector<Misfit> all_misfits(const Recordings& recordings) const {
+    std::vector<Misfit> all;
+    for (const auto& problem : recordings.problems)
+      for (Misfit& m : misfits(*problem)) all.push_back(std::move(m));
+    return all;
+  }
+
+  void check_same_sensors(const Recordings& all) const {
+    const auto sensors = [](const CalibrationProblem& problem) {
+      std::vector<std::string> names;
+      for (const CalibratedEntry& entry : problem.entries)
+        if (entry.sensor) names.push_back(entry.name);
+      return names;
+    };
+    const CalibrationProblem& first = *all.problems.front();
+    for (const auto& other : all.problems)
+      if (sensors(*other) != sensors(first))
+        throw Error(fmt::format(
+            "{} and {} have different sensors ({}; {}); tune recordings of different systems "
+            "separately",
+            first.scenario, other->scenario, listed(sensors(first), "and"), listed(sensors(*other), "and")));
+  }
+
+  void check_names(const std::vector<ModelChange>& candidates, const Recordings& first) const {
+    std::set<std::string> known;
+    const auto add = [&](const std::vector<ModelChange>& changes) {
+      for (const ModelChange& change : changes)
+        for (const auto& [setting, value] : change.settings) known.merge(names_of(setting));
+    };
+    add(candidates);
+    const TunedProblem& one = first.with_options.front();
+    add(refined_changes(one.scenario, one.target, options_.start));
+    for (const auto& [option, names] : {std::pair{"--only", &options_.only}, {"--fixed", &options_.fixed}})
+      for (const std::string& name : *names)
+        if (!known.contains(name))
+          throw Error(fmt::format("{} {}: there is nothing of this name to change{}", option, quote(name),
+                                  did_you_mean(name, {known.begin(), known.end()})));
+    for (const std::string& name : options_.only)
+      if (std::find(options_.fixed.begin(), options_.fixed.end(), name) != options_.fixed.end())
+        throw Error(fmt::format("{} is in --only and in --fixed; remove one of them", quote(name)));
+  }
+
+  /// Removes the changes that --only and --fixed exclude.
+  void select(std::vector<ModelChange>& changes) const {
+    std::erase_if(changes, [&](const ModelChange& change) {
+      return (!options_.only.empty() && !is_named(change, options_.only)) || is_named(change, options_.fixed);
+    });
+  }
+
+  ModelSelection search(const Tuning& tuning) const {
+    const BuildModel build = [&](const ModelSettings& settings) {
+      const auto all = std::make_shared<Recordings>(built(settings, options_.stop));
+      BuiltModel model;
+      for (const auto& problem : all->problems) model.problems.emplace_back(all, &problem->problem());
+      model.measurements = scored_measurements(all->problems);
+      return model;
+    };
+    ModelSelectionOptions options;
+    options.start = options_.start;
+    options.stop = options_.stop;
+    options.score.block_length = tuning.block_length;
+    options.score.ahead = options_.ahead;
+    options.propose = [&](const ModelSettings& current) {
+      const TunedProblem one = options_.apply(scenarios_.front(), current);
+      std::vector<ModelChange> changes = refined_changes(one.scenario, one.target, current);
+      select(changes);
+      return changes;
+    };
+    if (options_.progress)
+      options.progress = [&](int models, double gain) {
+        options_.progress(fmt::format("{} models, gain {:+.1f}", models, gain));
+      };
+    return select_model(build, tuning.candidates, options);
+  }
+
+  const std::vector<Scenario>& scenarios_;
+  const TuneOptions& options_;
+};
+
+}  // namespace
+
+Tuning tune(const std::vector<Scenario>& scenarios, const TuneOptions& options) {
+  if (scenarios.empty()) throw Error("tune: no scenario is given");
+  return Tuner(scenarios, options).run();
+}
+
+}  // namespace tandem

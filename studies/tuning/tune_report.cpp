@@ -1,0 +1,175 @@
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <tandem/studies/scenario/yaml_section.hpp>
+#include <tandem/studies/support/csv.hpp>
+#include <tandem/studies/support/json_fields.hpp>
+#include <tandem/studies/support/text_table.hpp>
+#include <tandem/studies/tuning/proposed_changes.hpp>
+#include <tandem/studies/tuning/tune_report.hpp>
+
+namespace tandem {
+namespace {
+
+using Align = TextTable::Align;
+constexpr std::size_t kShownRejected = 5;
+
+bool is_in_model(const ModelStep& step) {
+  return step.verdict == ModelVerdict::kept || step.verdict == ModelVerdict::removed;
+}
+
+/// Returns the settings that differ from the start.
+ModelSettings difference(const Tuning& t) {
+  ModelSettings changes;
+  for (const auto& [setting, value] : t.selection.settings) {
+    const auto at = t.start.find(setting);
+    if (at == t.start.end() || at->second != value) changes[setting] = value;
+  }
+  return changes;
+}
+
+std::string gain_text(const ModelStep& step) {
+  return step.verdict == ModelVerdict::impossible
+             ? "–"
+             : fmt::format("{:+.1f} ± {:.1f}", step.gain.gain, step.gain.standard_error);
+}
+
+std::string coverage_text(const PredictiveScore& score) {
+  std::vector<std::string> parts;
+  const auto coverage = score.coverage();
+  for (std::size_t i = 0; i < coverage.size(); ++i)
+    parts.push_back(fmt::format("{:.0f} ± {:.0f} % in {:.0f} %", 100 * coverage[i].share,
+                                200 * coverage[i].standard_error, 100 * kCoverageLevels[i]));
+  return fmt::format("{}", fmt::join(parts, ", "));
+}
+
+/// Returns a sentence for each sensor whose residuals the selected model does not explain.
+std::vector<std::string> unexplained(const Tuning& t) {
+  std::vector<std::string> sentences;
+  for (const Misfit& m : t.after) {
+    const std::string text = m.diagnosis();
+    if (!text.empty()) sentences.push_back((t.scenarios.size() > 1 ? m.scenario + ": " : "") + text + ".");
+  }
+  return sentences;
+}
+
+CsvTable<ModelStep> step_columns() {
+  CsvTable<ModelStep> table;
+  table
+      .add("change", "options of the command line; `without` resets an option",
+           [](const ModelStep& s) { return describe(s.change.settings); })
+      .add("gain", "gain in predictive log likelihood over the model at that step",
+           [](const ModelStep& s) { return s.gain.gain; })
+      .add("standard_error", "standard error of the gain, by blocks of time",
+           [](const ModelStep& s) { return s.gain.standard_error; })
+      .add("verdict", "kept, removed, not better, inconsistent or impossible",
+           [](const ModelStep& s) { return std::string(name(s.verdict)); })
+      .add("why", "what suggested the change, or why it is impossible",
+           [](const ModelStep& s) { return s.why.empty() ? s.change.why : s.why; });
+  return table;
+}
+
+JsonFields<ModelStep> step_fields() {
+  return JsonFields<ModelStep>()
+      .add("change", "options of the command line", [](const ModelStep& s) { return describe(s.change.settings); })
+      .add("gain", "gain in predictive log likelihood", [](const ModelStep& s) { return s.gain.gain; })
+      .add("standard_error", "standard error of the gain", [](const ModelStep& s) { return s.gain.standard_error; })
+      .add("verdict", "kept, removed, not better, inconsistent or impossible",
+           [](const ModelStep& s) { return std::string(name(s.verdict)); })
+      .add("why", "what suggested the change, or why it is impossible",
+           [](const ModelStep& s) { return s.why.empty() ? s.change.why : s.why; });
+}
+
+JsonFields<Tuning> tune_fields() {
+  return JsonFields<Tuning>()
+      .add("scenarios", "names of the scenarios", [](const Tuning& t) { return t.scenarios; })
+      .add("block_length", "length of the held-out blocks of time [s]", [](const Tuning& t) { return t.block_length; })
+      .add("model", "the selected model in one sentence", [](const Tuning& t) { return tuned_model(t); })
+      .add("options", "options of the selected model, as words of a command line",
+           [](const Tuning& t) { return words_of(t.selection.settings); })
+      .add("gain", "gain in predictive log likelihood over the given model",
+           [](const Tuning& t) { return t.selection.gain.gain; })
+      .add("standard_error", "standard error of the gain",
+           [](const Tuning& t) { return t.selection.gain.standard_error; })
+      .add("models", "number of models that were scored", [](const Tuning& t) { return t.selection.models; })
+      .add("complete", "whether the search ended by itself", [](const Tuning& t) { return !t.selection.cut_short; })
+      .add("coverage", "shares of held-out measurements in their 50, 95 and 99 % intervals",
+           [](const Tuning& t) {
+             std::vector<double> shares;
+             for (const Coverage& c : t.selection.found.coverage()) shares.push_back(c.share);
+             return shares;
+           })
+      .add("unexplained", "what remains in the residuals, by sensor", [](const Tuning& t) { return unexplained(t); })
+      .add_list("steps", "evaluated changes", step_fields(),
+                [](const Tuning& t) -> const std::vector<ModelStep>& { return t.selection.steps; });
+}
+
+}  // namespace
+
+std::string tuned_model(const Tuning& t) {
+  const ModelSettings changes = difference(t);
+  if (changes.empty()) return "The given model predicts best; nothing is changed.";
+  return fmt::format("Predicts best: {} (gain {:+.1f} ± {:.1f} in predictive log likelihood).", describe(changes),
+                     t.selection.gain.gain, t.selection.gain.standard_error);
+}
+
+std::string tune_report(const Tuning& t, bool full) {
+  TextTable table({{"change", Align::left}, {"gain"}, {"verdict", Align::left}, {"why", Align::left}});
+  std::size_t rejected = 0;
+  for (const ModelStep& step : t.selection.steps) {
+    if (!is_in_model(step) && !full && ++rejected > kShownRejected) continue;
+    table.row({describe(step.change.settings), gain_text(step), std::string(name(step.verdict)),
+               step.why.empty() ? step.change.why : step.why});
+  }
+  std::string text = fmt::format(
+      "{}\n\n{}: {} models scored in {:.0f} s on measurements held out in blocks of {:.2g} s\n\n{}", tuned_model(t),
+      fmt::join(t.scenarios, ", "), t.selection.models, t.seconds, t.block_length, table.str());
+  if (!full && rejected > kShownRejected)
+    text += fmt::format("… and {} candidates that are not kept. All: --full, or steps.csv in --out.\n",
+                        rejected - kShownRejected);
+  text += fmt::format("\nHeld-out measurements inside of their intervals: {}", coverage_text(t.selection.start));
+  if (t.changed()) text += fmt::format("; tuned: {}", coverage_text(t.selection.found));
+  text += ".\n";
+  const std::vector<std::string> rest = unexplained(t);
+  text += rest.empty() ? "The residuals of all sensors are white.\n" : "Unexplained:\n";
+  for (const std::string& sentence : rest) text += "  " + sentence + "\n";
+  return text;
+}
+
+std::string candidates_report(const Tuning& t) {
+  TextTable table({{"candidate", Align::left}, {"why", Align::left}});
+  for (const ModelChange& change : t.candidates) table.row({describe(change.settings), change.why});
+  return fmt::format("{}: {} candidates, to be validated on measurements held out in blocks of {:.2g} s\n\n{}",
+                     fmt::join(t.scenarios, ", "), t.candidates.size(), t.block_length, table.str());
+}
+
+std::string tune_json(const Tuning& t) { return json_text(json_document("tune", tune_fields(), t)); }
+FileDescription tune_json_keys() { return describe_json("summary.json", "tune", tune_fields()); }
+
+std::string steps_csv(const Tuning& t) { return step_columns().text(t.selection.steps); }
+std::vector<FileDescription> tune_file_columns() { return {step_columns().describe("steps.csv")}; }
+
+std::string tuned_run_file(const Tuning& t, const std::vector<std::string>& scenarios) {
+  std::string text = fmt::format("# {}\n# Use it by: tandem COMMAND --config FILE\ncommand: tune\nscenario: {}\n",
+                                 tuned_model(t), yaml_text(scenarios.front()));
+  std::map<std::string, std::vector<std::string>> repeated;
+  for (const auto& [setting, value] : t.selection.settings) {
+    const std::size_t space = setting.find(' ');
+    if (space != setting.npos)
+      repeated[setting.substr(0, space)].push_back(setting.substr(space + 1) + "=" + value);
+    else
+      text += fmt::format("{}: {}\n", setting, value == "true" ? value : yaml_text(value));
+  }
+  for (const auto& [option, values] : repeated) {
+    std::vector<std::string> quoted;
+    for (const std::string& value : values) quoted.push_back(yaml_text(value));
+    text += fmt::format("{}: [{}]\n", option, fmt::join(quoted, ", "));
+  }
+  return text;
+}
+
+}  // namespace tandem
