@@ -10,6 +10,7 @@
 
 #include <tandem/problem/quantile.hpp>
 #include <tandem/solvers/calibration/calibrate_built.hpp>
+#include <tandem/solvers/calibration/default_solve.hpp>
 #include <tandem/solvers/calibration/held_out.hpp>
 #include <tandem/solvers/calibration/predictive_score.hpp>
 #include <tandem/solvers/calibration/saved_noise.hpp>
@@ -122,6 +123,9 @@ class FoldPredictor {
                 const ScoreOptions& options)
       : problems_(problems), measurements_(measurements), options_(options), number_(occurrences(measurements)) {
     solve_options_.stop = options.stop;
+    solve_options_.solve = [stop = options.stop](Problem& problem) {
+      return detail::solve_approximately(problem, stop);
+    };
   }
 
   /// Returns why a solve failed, or an empty string.

@@ -4,6 +4,7 @@
 
 #include <tandem/problem/parallel_tasks.hpp>
 #include <tandem/solvers/calibration/calibrate_built.hpp>
+#include <tandem/solvers/calibration/default_solve.hpp>
 #include <tandem/solvers/calibration/select_model.hpp>
 
 namespace tandem {
@@ -63,7 +64,7 @@ class GreedySearch {
     std::vector<Problem*> raw;
     for (std::size_t p = 0; p < built.problems.size(); ++p) {
       raw.push_back(built.problems[p].get());
-      if (p < solved_.size()) detail::copy_values(*solved_[p], *raw[p]);
+      if (p < solved_.size()) start_at_better_minimum(*solved_[p], *raw[p]);
     }
     PredictiveScore score = predictive_score(raw, built.measurements, options_.score);
     if (score.valid() && !found_.start.parts.empty()) score = completed(std::move(score), found_.start);
@@ -72,6 +73,20 @@ class GreedySearch {
     throw;
   } catch (const Error& error) {
     return {impossible(error.what()), {}};
+  }
+
+  /// Solves a problem from its initial guess and from the solution of a similar one, and keeps the lower cost.
+  void start_at_better_minimum(const Problem& similar, Problem& problem) const {
+    Problem warm = problem.copy();
+    detail::copy_values(similar, warm);
+    const Summary from_similar = detail::solve_approximately(warm, options_.stop);
+    const Summary from_guess = detail::solve_approximately(problem, options_.stop);
+    options_.stop.check("select_model");
+    if (!(from_guess.cost < from_similar.cost)) detail::copy_values(warm, problem);
+  }
+
+  bool is_allowed(const ModelChange& change) const {
+    return !options_.allowed || options_.allowed(changed(found_.settings, change));
   }
 
   /// Scores changes of the current model at the same time.
@@ -121,7 +136,7 @@ class GreedySearch {
     std::set<ModelSettings> seen = {found_.settings};
     const auto add = [&](const std::vector<ModelChange>& changes) {
       for (const ModelChange& change : changes)
-        if (seen.insert(changed(found_.settings, change)).second) all.push_back(change);
+        if (seen.insert(changed(found_.settings, change)).second && is_allowed(change)) all.push_back(change);
     };
     add(candidates);
     if (options_.propose) add(options_.propose(found_.settings));
@@ -143,6 +158,7 @@ class GreedySearch {
       const bool overlaps = std::any_of(one.change.settings.begin(), one.change.settings.end(),
                                         [&](const auto& s) { return changed_settings.contains(s.first); });
       if (kept && promising && overlaps) continue;  // again in the next round
+      if (kept && promising && !is_allowed(one.change)) continue;
       if (kept && promising) one = std::move(evaluate({one.change}).front());
       const ModelVerdict found = verdict(one);
       record(one, found);
@@ -162,9 +178,10 @@ class GreedySearch {
       for (const auto& [setting, value] : found_.settings) {
         const auto at = options_.start.find(setting);
         const std::string before = at == options_.start.end() ? "" : at->second;
-        if (before != value) removals.push_back({{{setting, before}}, "", 0});
+        const ModelChange removal{{{setting, before}}, "", 0};
+        if (before != value && is_allowed(removal)) removals.push_back(removal);
       }
-      if (removals.size() < 2) return removed;
+      if (removals.empty() || found_.settings.size() < options_.start.size() + 2) return removed;
       std::vector<Evaluated> all = evaluate(removals);
       const auto best = std::max_element(all.begin(), all.end(), [](const Evaluated& a, const Evaluated& b) {
         return a.valid() != b.valid() ? b.valid() : a.valid() && a.gain.gain < b.gain.gain;

@@ -54,6 +54,8 @@ struct ModelSelectionOptions {
   Stop stop{};
   /// Returns further candidates for a model, for example other values of its parameters. Not called concurrently.
   std::function<std::vector<ModelChange>(const ModelSettings& current)> propose{};
+  /// Returns whether a model may be selected; by default, all may. Removals of changes are tested, too.
+  std::function<bool(const ModelSettings& settings)> allowed{};
   /// Called after each evaluation with the number of models scored and the best gain so far.
   std::function<void(int models, double gain)> progress{};
 };
@@ -72,7 +74,8 @@ struct ModelSelection {
 /// All candidates are scored on their own. The best one is kept if its gain exceeds its standard error and its number
 /// of parameters, and the others follow in the order of their gains, each on top of those kept before. Then changes
 /// that the model does not need are removed: those without which it predicts no worse by more than a standard error.
-/// The search repeats with the candidates that gained and the proposed ones, until it keeps none. The result is the
+/// Each model is solved from its own initial guess and from the solution of the model before, since losses and motion
+/// models have local minima. The search repeats with the candidates that gained and the proposed ones, until it keeps none. The result is the
 /// simplest model that is not worse, and does not depend on the number of threads.
 ///
 /// A candidate with a larger share of measurements outside of the 95 % intervals, beyond the standard errors, is not

@@ -13,12 +13,18 @@ namespace {
 
 constexpr double kTimes[] = {10, 40};  // correlation times [s] that are tried besides that of the residuals
 constexpr double kDelay = 0.5, kScale = 0.05, kMisalignment = 0.05;  // priors of constants: s, 1, rad
-constexpr double kFactor = 2;                                        // of refinements
-constexpr std::size_t kFewest = 8;  // measurements of a sensor that can tell its errors
+constexpr double kWhiteShare = 0.5;     // of a stated noise that is split into white noise and a drifting bias
+constexpr double kLeastVariance = 0.5;  // of the stated noise, that noise and bias must keep together
+constexpr double kFactor = 2;           // of refinements
+constexpr std::size_t kFewest = 8;      // measurements of a sensor that can tell its errors
 
-std::string numbers(std::vector<double> values, double factor = 1) {
+std::vector<double> scaled(std::vector<double> values, double factor) {
   for (double& v : values) v *= factor;
-  return fmt::format("{:.4g}", fmt::join(values, ","));
+  return values;
+}
+
+std::string numbers(const std::vector<double>& values, double factor = 1) {
+  return fmt::format("{:.4g}", fmt::join(scaled(values, factor), ","));
 }
 
 std::string drifting(const std::vector<double>& sigmas, double time) {
@@ -107,7 +113,16 @@ class Proposals {
                               : entry.kind == "dvl" || entry.kind == "heading";
     if (length) add({{error + ".scale", numbers({kScale})}}, "a scale factor error", 1);
     if (turns) add({{error + ".misalignment", numbers({kMisalignment})}}, "a misalignment", 3);
+    if (r.spread < 1) split(entry, r);
     losses(entry, r);
+  }
+
+  /// Splits the stated noise into a drifting bias and white noise.
+  void split(const CalibratedEntry& entry, const SensorResiduals& r) {
+    for (const double time : times(r))
+      add({{"noise " + entry.name, numbers(entry.sigmas, kWhiteShare)},
+           {"error " + entry.name, drifting(scaled(entry.sigmas, std::sqrt(1 - kWhiteShare * kWhiteShare)), time)}},
+          fmt::format("a part of the noise that drifts; residuals have a spread of {:.2g}", r.spread), 3);
   }
 
   void losses(const CalibratedEntry& entry, const SensorResiduals& r) {
@@ -154,6 +169,52 @@ std::pair<std::vector<double>, double> numbers_of(const std::string& text) {
   return found;
 }
 
+/// Collects other values for the numbers of a model.
+class Refinements {
+ public:
+  Refinements(const Scenario& scenario, const TrackingOptions& options, const ModelSettings& settings)
+      : options_(options), settings_(settings), entries_(calibrated_entries(scenario)) {}
+
+  std::vector<ModelChange> all() {
+    for (const auto& [setting, value] : settings_)
+      if (setting.starts_with("error ")) error(setting, value);
+    for (const CalibratedEntry& entry : entries_) noise(entry);
+    return std::move(changes_);
+  }
+
+ private:
+  void add(const std::string& setting, std::string value, std::string why) {
+    changes_.push_back({{{setting, std::move(value)}}, std::move(why), 1});
+  }
+
+  void error(const std::string& setting, const std::string& value) {
+    const auto [sigmas, time] = numbers_of(value);
+    for (const double factor : {kFactor, 1 / kFactor}) {
+      if (!(time > 0)) {
+        add(setting, numbers(sigmas, factor), "another size of the error");
+        continue;
+      }
+      add(setting, drifting(scaled(sigmas, factor), time), "another size of the bias");
+      add(setting, drifting(sigmas, time * factor), "another correlation time");
+    }
+  }
+
+  void noise(const CalibratedEntry& entry) {
+    if (entry.name.ends_with(".error")) return;
+    const bool motion = entry.name == "constant_twist" || entry.name == "constant_velocity";
+    if (!entry.sensor && !motion) return;
+    if (motion && (entry.name == "constant_velocity") != (is_point_model(options_.model) || options_.mode == Mode::B))
+      return;
+    for (const double factor : {kFactor, 1 / kFactor})
+      add("noise " + entry.name, numbers(entry.sigmas, factor), factor > 1 ? "larger noise" : "smaller noise");
+  }
+
+  const TrackingOptions& options_;
+  const ModelSettings& settings_;
+  std::vector<CalibratedEntry> entries_;
+  std::vector<ModelChange> changes_;
+};
+
 }  // namespace
 
 std::vector<std::string> words_of(const ModelSettings& settings) {
@@ -190,33 +251,21 @@ std::vector<ModelChange> proposed_changes(const Scenario& scenario, const Tracki
 
 std::vector<ModelChange> refined_changes(const Scenario& scenario, const TrackingOptions& options,
                                          const ModelSettings& settings) {
-  std::vector<ModelChange> changes;
-  const auto add = [&](const std::string& setting, std::string value, std::string why) {
-    changes.push_back({{{setting, std::move(value)}}, std::move(why), 1});
+  return Refinements(scenario, options, settings).all();
+}
+
+bool keeps_stated_noise(const Scenario& stated, const Scenario& scenario) {
+  const std::vector<CalibratedEntry> before = calibrated_entries(stated), now = calibrated_entries(scenario);
+  const auto variance = [](const std::vector<CalibratedEntry>& entries, const std::string& sensor, std::size_t i) {
+    double sum = 0;
+    for (const CalibratedEntry& entry : entries)
+      if (entry.name == sensor || entry.name == error_name(sensor)) sum += entry.sigmas[i] * entry.sigmas[i];
+    return sum;
   };
-  for (const auto& [setting, value] : settings) {
-    if (!setting.starts_with("error ")) continue;
-    const auto [sigmas, time] = numbers_of(value);
-    for (const double factor : {kFactor, 1 / kFactor}) {
-      const std::string wide = numbers(sigmas, factor);
-      if (!(time > 0)) {
-        add(setting, wide, "another size of the error");
-        continue;
-      }
-      add(setting, fmt::format("{}:{:.3g}", wide, time), "another size of the bias");
-      add(setting, drifting(sigmas, time * factor), "another correlation time");
-    }
-  }
-  for (const CalibratedEntry& entry : calibrated_entries(scenario)) {
-    if (entry.name.ends_with(".error")) continue;
-    const bool motion = entry.name == "constant_twist" || entry.name == "constant_velocity";
-    if (!entry.sensor && !motion) continue;
-    if (motion && (entry.name == "constant_velocity") != (is_point_model(options.model) || options.mode == Mode::B))
-      continue;
-    for (const double factor : {kFactor, 1 / kFactor})
-      add("noise " + entry.name, numbers(entry.sigmas, factor), factor > 1 ? "larger noise" : "smaller noise");
-  }
-  return changes;
+  for (const CalibratedEntry& entry : before)
+    for (std::size_t i = 0; entry.sensor && i < entry.sigmas.size(); ++i)
+      if (variance(now, entry.name, i) < kLeastVariance * variance(before, entry.name, i)) return false;
+  return true;
 }
 
 }  // namespace tandem

@@ -28,4 +28,9 @@ std::vector<ModelChange> proposed_changes(const Scenario& scenario, const Tracki
 std::vector<ModelChange> refined_changes(const Scenario& scenario, const TrackingOptions& options,
                                          const ModelSettings& settings);
 
+/// Returns whether noise and bias of each sensor together have at least half of the variance that the user states.
+/// Slow errors of a sensor are not observable if it is alone, because the motion of the target explains them: the
+/// stated noise is all that is known of them. `scenario` has the settings of the model, `stated` those of the user.
+bool keeps_stated_noise(const Scenario& stated, const Scenario& scenario);
+
 }  // namespace tandem

@@ -47,7 +47,7 @@ class Tuner {
     Tuning result;
     for (const Scenario& scenario : scenarios_) result.scenarios.push_back(scenario.name);
     result.start = options_.start;
-    Recordings first = solved(options_.start, options_.stop);
+    Recordings first = solved_start(result.start);
     check_same_sensors(first);
     result.before = all_misfits(first);
     result.block_length = held_out_block_length(first.problems, options_.stop);
@@ -61,7 +61,7 @@ class Tuner {
     check_names(result.candidates, first);
     select(result.candidates);
     if (options_.dry_run) {
-      result.selection.settings = options_.start;
+      result.selection.settings = result.start;
     } else {
       result.selection = search(result);
       Recordings found = solved(result.selection.settings, Stop());
@@ -96,6 +96,24 @@ class Tuner {
         throw Error(fmt::format("{} cannot be solved: {}", problem->scenario, summary.message));
     }
     return all;
+  }
+
+  /// Solves the recordings with the given settings. If they cannot be solved, as with turned detections, starts with
+  /// robust losses instead, and adds them to `start`.
+  Recordings solved_start(ModelSettings& start) const {
+    const ModelChange robust{{{"robust", "true"}}, "", 1};
+    const bool allowed = !start.contains("robust") && !is_named(robust, options_.fixed) &&
+                         (options_.only.empty() || is_named(robust, options_.only)) &&
+                         !scenarios_.front().data.sensors.empty();
+    if (!allowed) return solved(start, options_.stop);
+    try {
+      return solved(start, options_.stop);
+    } catch (const Stopped&) {
+      throw;
+    } catch (const Error&) {
+      start["robust"] = "true";
+      return solved(start, options_.stop);
+    }
   }
 
   std::vector<Misfit> all_misfits(const Recordings& recordings) const {
@@ -156,7 +174,7 @@ class Tuner {
       return model;
     };
     ModelSelectionOptions options;
-    options.start = options_.start;
+    options.start = tuning.start;
     options.stop = options_.stop;
     options.score.block_length = tuning.block_length;
     options.score.ahead = options_.ahead;
@@ -166,6 +184,14 @@ class Tuner {
       select(changes);
       return changes;
     };
+    options.allowed =
+        [this, stated = options_.apply(scenarios_.front(), tuning.start).scenario](const ModelSettings& settings) {
+          try {
+            return keeps_stated_noise(stated, options_.apply(scenarios_.front(), settings).scenario);
+          } catch (const Error&) {
+            return true;  // select_model() reports why the model cannot be built
+          }
+        };
     if (options_.progress)
       options.progress = [&](int models, double gain) {
         options_.progress(fmt::format("{} models, gain {:+.1f}", models, gain));
