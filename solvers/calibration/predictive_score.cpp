@@ -52,10 +52,12 @@ std::int64_t time_block(const ScoredMeasurement& m, const ScoreOptions& options)
 
 void add_folds(const std::vector<ScoredMeasurement>& all, const ScoreOptions& options, Kind kind, int sensor,
                std::vector<Fold>& folds) {
-  std::vector<Fold> group(std::size_t(options.folds), Fold{kind, {}});
+  // A sensor alone leaves the others, so a larger share of it can be held out at once.
+  const std::int64_t n = kind == gap ? options.folds : std::max(2, options.folds / 2);
+  std::vector<Fold> group(std::size_t(n), Fold{kind, {}});
   for (std::size_t i = 0; i < all.size(); ++i) {
     if (kind == Kind::sensor && all[i].sensor != sensor) continue;
-    const std::int64_t n = options.folds, rest = time_block(all[i], options) % n;
+    const std::int64_t rest = time_block(all[i], options) % n;
     group[std::size_t(rest < 0 ? rest + n : rest)].held_out.push_back(i);
   }
   for (Fold& fold : group)
@@ -203,20 +205,14 @@ class FoldPredictor {
 void check(std::span<Problem* const> problems, const std::vector<ScoredMeasurement>& measurements,
            const ScoreOptions& options) {
   if (!(options.block_length > 0)) throw BadInputError("predictive_score: block_length must be positive");
-  if (options.folds < 2) throw BadInputError("predictive_score: at least two folds are needed");
+  if (options.folds < 2 || options.every < 1)
+    throw BadInputError("predictive_score: at least two folds are needed, and `every` must be positive");
   for (const ScoredMeasurement& m : measurements) {
     const int rows = static_cast<int>(detail::problem_at(problems, m.problem).noise(m.block).dim());
     for (const ScoredRows& part : m.parts)
       if (part.first < 0 || part.count < 1 || part.count > kMaxRows || part.first + part.count > rows)
         throw BadInputError("predictive_score: a part has rows that its block does not have, or more than six");
   }
-}
-
-/// Averages the kinds of prediction, each of which predicts all measurements or those that it reaches.
-void weigh(std::vector<ScoredPart>& parts) {
-  std::set<int> kinds;
-  for (const ScoredPart& part : parts) kinds.insert(std::get<0>(part.key));
-  for (ScoredPart& part : parts) part.log_density /= double(kinds.size());
 }
 
 /// Returns the standard error of the sum of values in independent groups.
@@ -254,15 +250,17 @@ PredictiveScore predictive_score(std::span<Problem* const> problems, const std::
                                  const ScoreOptions& options) {
   check(problems, measurements, options);
   PredictiveScore score;
+  std::set<int> kinds;
   FoldPredictor predictor(problems, measurements, options);
   try {
     score.why = predictor.solve();
     if (!score.valid()) return score;
     predictor.keep_solution();
-    for (const Fold& fold : folds_of(measurements, options)) {
+    const std::vector<Fold> folds = folds_of(measurements, options);
+    for (const Fold& fold : folds) kinds.insert(fold.kind);
+    for (std::size_t f = 0; f < folds.size() && score.valid(); f += std::size_t(options.every)) {
       options.stop.check(detail::kHeldOutTask);
-      score.why = predictor.predict(fold, score.parts);
-      if (!score.valid()) break;
+      score.why = predictor.predict(folds[f], score.parts);
     }
   } catch (const Stopped&) {
     throw;
@@ -270,7 +268,8 @@ PredictiveScore predictive_score(std::span<Problem* const> problems, const std::
     score.why = error.what();
   }
   if (!score.valid()) score.parts.clear();
-  weigh(score.parts);
+  // Averages the kinds of prediction, each of which predicts all measurements or those that it reaches.
+  for (ScoredPart& part : score.parts) part.log_density /= double(kinds.size());
   std::sort(score.parts.begin(), score.parts.end(),
             [](const ScoredPart& a, const ScoredPart& b) { return a.key < b.key; });
   return score;

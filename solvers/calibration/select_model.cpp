@@ -1,5 +1,5 @@
 #include <algorithm>
-#include <optional>
+#include <cmath>
 #include <set>
 
 #include <tandem/problem/parallel_tasks.hpp>
@@ -11,6 +11,9 @@ namespace tandem {
 namespace {
 
 constexpr int kMaxSearchRounds = 8;
+constexpr int kScreening = 3;          // candidates are screened by every third group of blocks
+constexpr std::size_t kFinalists = 8;  // candidates in each round that are scored by all measurements
+constexpr std::size_t kAtOnce = 2;     // of them
 
 /// Thrown scores of `impossible` models carry the reason; `parts` is empty.
 PredictiveScore impossible(const std::string& why) {
@@ -56,18 +59,21 @@ class GreedySearch {
     Scored result;
     ScoreGain gain{};
     bool valid() const { return result.score.valid(); }
-    double worth() const { return gain.gain - change.parameters; }
   };
 
-  Scored scored(const ModelSettings& settings) const try {
+  /// Scores a model by every n-th group of blocks; measurements of the others count as in the current model.
+  Scored scored(const ModelSettings& settings, int every = 1) const try {
     BuiltModel built = build_(settings);
     std::vector<Problem*> raw;
     for (std::size_t p = 0; p < built.problems.size(); ++p) {
       raw.push_back(built.problems[p].get());
       if (p < solved_.size()) start_at_better_minimum(*solved_[p], *raw[p]);
     }
-    PredictiveScore score = predictive_score(raw, built.measurements, options_.score);
-    if (score.valid() && !found_.start.parts.empty()) score = completed(std::move(score), found_.start);
+    ScoreOptions options = options_.score;
+    options.every = every;
+    PredictiveScore score = predictive_score(raw, built.measurements, options);
+    if (score.valid() && !found_.start.parts.empty())
+      score = completed(std::move(score), every > 1 ? found_.found : found_.start);
     return {std::move(score), std::move(built.problems)};
   } catch (const Stopped&) {
     throw;
@@ -82,7 +88,8 @@ class GreedySearch {
     const Summary from_similar = detail::solve_approximately(warm, options_.stop);
     const Summary from_guess = detail::solve_approximately(problem, options_.stop);
     options_.stop.check("select_model");
-    if (!(from_guess.cost < from_similar.cost)) detail::copy_values(warm, problem);
+    if (std::isfinite(from_similar.cost) && !(from_guess.cost <= from_similar.cost))
+      detail::copy_values(warm, problem);
   }
 
   bool is_allowed(const ModelChange& change) const {
@@ -90,14 +97,14 @@ class GreedySearch {
   }
 
   /// Scores changes of the current model at the same time.
-  std::vector<Evaluated> evaluate(const std::vector<ModelChange>& changes) {
+  std::vector<Evaluated> evaluate(const std::vector<ModelChange>& changes, int every = 1) {
     std::vector<Evaluated> all;
     for (std::size_t first = 0; first < changes.size(); first += detail::kMaxTasks) {
       const int count = static_cast<int>(std::min(changes.size() - first, std::size_t(detail::kMaxTasks)));
       std::vector<Evaluated> some(static_cast<std::size_t>(count));
       tasks_.run(count, [&](int task) {
         some[std::size_t(task)] = {changes[first + std::size_t(task)],
-                                   scored(changed(found_.settings, changes[first + std::size_t(task)]))};
+                                   scored(changed(found_.settings, changes[first + std::size_t(task)]), every)};
       });
       for (Evaluated& one : some) {
         if (one.valid()) one.gain = score_gain(found_.found, one.result.score);
@@ -143,29 +150,46 @@ class GreedySearch {
     return all;
   }
 
-  /// Keeps candidates in the order of their gains, each on top of those kept before. Returns whether one was kept.
+  /// Screens the candidates by a part of the measurements. Then scores the best ones by all measurements, in the order
+  /// of their gains and each on top of those kept before. Returns whether one was kept.
   bool forward(const std::vector<ModelChange>& candidates) {
-    std::vector<Evaluated> all = evaluate(candidates);
-    std::stable_sort(all.begin(), all.end(), [](const Evaluated& a, const Evaluated& b) {
-      return a.valid() != b.valid() ? a.valid() : a.valid() && a.worth() > b.worth();
+    std::vector<Evaluated> screened = evaluate(candidates, kScreening);
+    std::stable_sort(screened.begin(), screened.end(), [](const Evaluated& a, const Evaluated& b) {
+      return a.valid() != b.valid() ? a.valid() : a.valid() && a.gain.gain > b.gain.gain;
     });
     promising_.clear();
+    std::vector<ModelChange> best;
+    for (const Evaluated& one : screened) {
+      if (one.valid() && one.gain.gain > 0 && best.size() < kFinalists) {
+        best.push_back(one.change);
+        promising_.insert(one.change.settings);
+      } else {
+        record(one, one.valid() ? ModelVerdict::not_better : ModelVerdict::impossible);
+      }
+    }
     bool kept = false;
     std::set<std::string> changed_settings;
-    for (Evaluated& one : all) {
-      const bool promising = one.valid() && one.worth() > 0;
-      if (promising) promising_.insert(one.change.settings);
-      const bool overlaps = std::any_of(one.change.settings.begin(), one.change.settings.end(),
-                                        [&](const auto& s) { return changed_settings.contains(s.first); });
-      if (kept && promising && overlaps) continue;  // again in the next round
-      if (kept && promising && !is_allowed(one.change)) continue;
-      if (kept && promising) one = std::move(evaluate({one.change}).front());
-      const ModelVerdict found = verdict(one);
-      record(one, found);
-      if (found != ModelVerdict::kept) continue;
-      for (const auto& [setting, value] : one.change.settings) changed_settings.insert(setting);
-      keep(std::move(one));
-      kept = true;
+    const auto is_open = [&](const ModelChange& change) {  // not decided in this round, and allowed
+      return is_allowed(change) && std::none_of(change.settings.begin(), change.settings.end(),
+                                                [&](const auto& s) { return changed_settings.contains(s.first); });
+    };
+    for (std::size_t first = 0; first < best.size();) {
+      std::vector<ModelChange> some;  // scored at the same time; once one is kept, the others are scored again
+      std::size_t next = first;
+      for (; next < best.size() && some.size() < kAtOnce; ++next)
+        if (is_open(best[next])) some.push_back(best[next]);
+      std::vector<Evaluated> all = evaluate(some);
+      first = next;
+      for (std::size_t i = 0; i < all.size(); ++i) {
+        const ModelVerdict found = verdict(all[i]);
+        record(all[i], found);
+        if (found != ModelVerdict::kept) continue;
+        for (const auto& [setting, value] : all[i].change.settings) changed_settings.insert(setting);
+        keep(std::move(all[i]));
+        kept = true;
+        if (i + 1 < all.size()) first = next - 1;
+        break;
+      }
     }
     return kept;
   }
@@ -182,14 +206,19 @@ class GreedySearch {
         if (before != value && is_allowed(removal)) removals.push_back(removal);
       }
       if (removals.empty() || found_.settings.size() < options_.start.size() + 2) return removed;
-      std::vector<Evaluated> all = evaluate(removals);
-      const auto best = std::max_element(all.begin(), all.end(), [](const Evaluated& a, const Evaluated& b) {
+      std::vector<Evaluated> screened = evaluate(removals, kScreening);
+      const auto best = std::max_element(screened.begin(), screened.end(), [](const Evaluated& a, const Evaluated& b) {
         return a.valid() != b.valid() ? b.valid() : a.valid() && a.gain.gain < b.gain.gain;
       });
       // A parameter costs one, as for the candidates.
-      if (!best->valid() || -best->gain.gain > std::min(best->gain.standard_error, 1.0)) return removed;
-      record(*best, ModelVerdict::removed);
-      keep(std::move(*best));
+      const auto is_worse = [](const Evaluated& one) {
+        return !one.valid() || -one.gain.gain > std::min(one.gain.standard_error, 1.0);
+      };
+      if (is_worse(*best)) return removed;
+      Evaluated full = std::move(evaluate({best->change}).front());
+      if (is_worse(full)) return removed;
+      record(full, ModelVerdict::removed);
+      keep(std::move(full));
       removed = true;
     }
   }

@@ -71,12 +71,14 @@ struct ModelSelection {
 
 /// Finds the model that predicts held-out measurements best, by greedy search.
 ///
-/// All candidates are scored on their own. The best one is kept if its gain exceeds its standard error and its number
-/// of parameters, and the others follow in the order of their gains, each on top of those kept before. Then changes
-/// that the model does not need are removed: those without which it predicts no worse by more than a standard error.
+/// All candidates are screened by a third of the held-out blocks, and the best ones are scored by all. A candidate is
+/// kept if its gain exceeds its standard error and its number of parameters; the others follow in the order of their
+/// gains, each on top of those kept before. Then changes that the model does not need are removed: those without which
+/// it predicts no worse by more than a standard error. The result is the simplest model that is not worse, and does not
+/// depend on the number of threads.
+///
 /// Each model is solved from its own initial guess and from the solution of the model before, since losses and motion
-/// models have local minima. The search repeats with the candidates that gained and the proposed ones, until it keeps none. The result is the
-/// simplest model that is not worse, and does not depend on the number of threads.
+/// models have local minima. The search repeats with the candidates that gained and the proposed ones, until it keeps none.
 ///
 /// A candidate with a larger share of measurements outside of the 95 % intervals, beyond the standard errors, is not
 /// kept. Throws Error if the first model cannot be built or solved, and as predictive_score(). A stop before the first

@@ -6,10 +6,10 @@
 #include <tandem/studies/commands/output.hpp>
 #include <tandem/studies/commands/problem_options.hpp>
 #include <tandem/studies/commands/solver_options.hpp>
+#include <tandem/studies/commands/tuning_options.hpp>
 #include <tandem/studies/estimation/estimate_files.hpp>
 #include <tandem/studies/estimation/estimate_report.hpp>
-#include <tandem/studies/estimation/fit_target_delay.hpp>
-#include <tandem/studies/navigation/navigated_scenario.hpp>
+#include <tandem/studies/tuning/tune_report.hpp>
 
 namespace tandem {
 namespace {
@@ -19,8 +19,7 @@ const char* const kSolver = "Solver";
 struct EstimateRequest {
   ProblemRequest problem;
   Solver solver;
-  bool graduated = false, no_covariance = false;
-  std::vector<NamedByOption> fit_delay;
+  bool graduated = false, no_covariance = false, tuned = false;
   std::function<void(const Problem&)> built;
   Output output;
 };
@@ -45,58 +44,47 @@ std::string incomplete_reason(const Estimate& result) {
   return why;
 }
 
-/// Fits the requested delays one after the other, each with those fitted before, and sets them in the scenario.
-std::vector<DelayFit> fit_delays(const EstimateRequest& request, const TrackingOptions& options, const Solver& solver,
-                                 Scenario& scenario) {
-  std::vector<DelayFit> fits;
-  if (request.fit_delay.empty()) return fits;
-  Solver limited = solver;
-  const Stop stop(common(solver));
-  if (needs_navigation(scenario)) {
-    NavigationOptions navigation = navigation_options(request.problem);
-    stop.limit(navigation.solver);
-    NavigatedScenario with_chaser = navigated(std::move(scenario), navigation);
-    scenario = std::move(with_chaser.scenario);
-    scenario.findings.insert(scenario.findings.end(), with_chaser.findings.begin(), with_chaser.findings.end());
-  }
-  for (const NamedByOption& sensor : request.fit_delay) {
-    if (std::any_of(fits.begin(), fits.end(), [&](const DelayFit& fit) { return fit.sensor == sensor.name; }))
-      throw Error("--fit-delay " + sensor.name + " is given twice");
-    for (const TargetSensor& s : scenario.data.sensors)
-      if (s.name == sensor.name && s.error && s.error->delay_sigma > 0)
-        throw Error("--fit-delay " + sensor.name + ": its delay is a systematic error already; remove one of both");
-    stop.limit(common(limited));
-    fits.push_back(fit_target_delay(scenario.data, sensor.name, options, limited, request.graduated));
-    for (TargetSensor& s : scenario.data.sensors)
-      if (s.name == sensor.name) s.delay = fits.back().delay;
-  }
-  const double first = scenario.data.odometry.front().t;
-  for (TargetSensor& s : scenario.data.sensors)  // a fitted delay must not shift them out of the chaser's motion
-    std::erase_if(s.measurements, [&](const Measurement& m) { return s.valid_at(m) < first; });
-  return fits;
+/// Replaces the scenario and the options by those of the model that tune() selects, and returns that model in words. A
+/// third of the time limit is left for the estimate.
+std::string tune_first(const EstimateRequest& request, const CommandOptions& option, Scenario& scenario,
+                       TrackingOptions& target, NavigationOptions& own) {
+  TuneOptions options = tune_options(option);
+  options.stop = Stop(&interrupted(), 2.0 / 3 * common(request.solver).time_limit);
+  const Scenario given = read_requested_scenario(request.problem.scenario, options.stop);
+  ProgressLine line;
+  if (request.output.shows_progress()) options.progress = [&](const std::string& what) { line.show("tune: " + what); };
+  const StdoutToStderr redirection;
+  const Tuning found = tune({given}, options);
+  TunedProblem tuned = tuned_problem(found, given);
+  scenario = std::move(tuned.scenario);
+  target = tuned.target;
+  own = tuned.own;
+  set_run_file(tuned_run_file(found, {std::filesystem::absolute(given.folder).lexically_normal().string()}));
+  return tuned_model(found);
 }
 
 /// Runs the command. An interrupt ends the solve at its best point.
 int run_estimate(const EstimateRequest& request, const CommandOptions& option) {
   Solver solver = solver_of(request, option);
-  const TrackingOptions options = tracking_options(request.problem, supports_hard_limits(solver));
+  TrackingOptions options = tracking_options(request.problem, supports_hard_limits(solver));
+  NavigationOptions navigation = navigation_options(request.problem);
   if (request.no_covariance && !request.problem.sensors.hold_out.empty())
     throw Error("--hold-out needs covariances; remove --no-covariance");
   common(solver).stop = &interrupted();
   const Stop stop(common(solver));
   Scenario scenario = read_problem(request.problem, option, stop);
+  const std::string tuned = request.tuned ? tune_first(request, option, scenario, options, navigation) : "";
   stop.limit(common(solver));
   std::vector<DelayFit> delays = fit_delays(request, options, solver, scenario);
   stop.limit(common(solver));
   Estimate result = [&] {
     const WatchedSolve watched(common(solver), request.output);
-    return estimate(scenario, options, solver, request.graduated, navigation_options(request.problem),
-                    !request.no_covariance, request.built);
+    return estimate(scenario, options, solver, request.graduated, navigation, !request.no_covariance, request.built);
   }();
   result.delays = std::move(delays);
 
   Results results;
-  results.table = [&] { return report(result); };
+  results.table = [&] { return tuned.empty() ? report(result) : tuned + "\n\n" + report(result); };
   results.json = [&] { return summary_json(result); };
   results.plots_command = "estimate";
   results.write = [&](const std::filesystem::path& folder) { write_results(result, scenario, folder); };
@@ -115,6 +103,8 @@ Command estimate_command() {
             add_max_keyframes(option, request->problem);
             add_own_sensors(option, request->problem.own, true);
             option.group(kSolver);
+            option.flag("--tuned", "Estimate with the model that tandem tune finds, starting from these options",
+                        request->tuned);
             add_solver(option, request->solver, "gauss-newton; augmented-lagrangian with hard constraints");
             add_stop_criteria(option, [request]() -> SolverOptions& { return common(request->solver); });
             add_threads(option);

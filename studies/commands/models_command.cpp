@@ -6,6 +6,7 @@
 #include <tandem/studies/commands/output.hpp>
 #include <tandem/studies/commands/problem_options.hpp>
 #include <tandem/studies/commands/solver_options.hpp>
+#include <tandem/studies/comparison/model_scores.hpp>
 #include <tandem/studies/comparison/models.hpp>
 #include <tandem/studies/comparison/models_report.hpp>
 #include <tandem/studies/navigation/navigated_scenario.hpp>
@@ -66,6 +67,16 @@ int run_models(const ModelsRequest& request, const CommandOptions& option) {
     results.push_back(evaluate_model(scenario, model, solver));
   }
 
+  if (!scenario.has_truth()) {
+    ProgressLine line;
+    const StdoutToStderr redirection;
+    score_models(scenario, models, results, Stop(&interrupted(), request.time_limit.value_or(HUGE_VAL)),
+                 [&](std::size_t i) {
+                   if (request.output.shows_progress())
+                     line.show(fmt::format("held-out measurements {}/{} {}", i + 1, results.size(), models[i].name));
+                 });
+  }
+
   Results found;
   found.table = [&] { return models_report(scenario.name, results, request.full); };
   found.json = [&] { return models_json(scenario.name, results); };
@@ -96,10 +107,11 @@ Command models_command() {
                           "Models, comma-separated, see below (default: all models, and soft and hard constraints)",
                           request->models, parse_name);
         add_solver(option, request->solver, "gauss-newton; augmented-lagrangian with hard constraints");
-        option(
-            "--time-limit", "SECONDS",
-            "Wall-clock time limit of each model (default: none). The navigation before the models has the same limit",
-            request->time_limit, parse_non_negative);
+        option("--time-limit", "SECONDS",
+               "Wall-clock time limit of each model (default: none). The navigation before the models and the scores "
+               "after "
+               "them have the same limit",
+               request->time_limit, parse_non_negative);
         add_threads(option);
         add_output(option, request->output,
                    {.writes = "Write models.csv and a plot to DIR", .force = &request->problem.force});

@@ -12,8 +12,6 @@
 namespace tandem {
 namespace {
 
-const char* const kSensors = "Sensors";
-
 /// Applies the sensor options to the scenario. Throws Error on target options without a target, and on own-sensor
 /// options for a chaser that uses odometry (`own` is false).
 void apply_options(const ProblemRequest& request, const CommandOptions& option, bool own, Scenario& scenario) {
@@ -155,6 +153,7 @@ ProblemOfWords apply_words(const std::vector<std::string>& words, Scenario scena
   CommandOptions option(app);
   ProblemRequest request;
   add_problem(option, request, true);
+  add_hold_out(option, request.sensors);
   add_max_keyframes(option, request);
   add_own_sensors(option, request.own, true);
   std::vector<std::string> reversed(words.rbegin(), words.rend());  // as CLI11 takes them

@@ -12,6 +12,8 @@ namespace tandem {
 
 /// Heading of the options for the motion of the target in --help.
 inline constexpr const char* kTarget = "Target";
+/// Heading of the options for the sensors.
+inline constexpr const char* kSensors = "Sensors";
 
 /// Values of the options that define a tracking problem.
 struct ProblemRequest {

@@ -7,10 +7,14 @@
 #include <tandem/lie/error.hpp>
 #include <tandem/studies/commands/run_file.hpp>
 #include <tandem/studies/scenario/yaml_section.hpp>
+#include <tandem/studies/support/console.hpp>
 #include <tandem/studies/support/text.hpp>
 
 namespace tandem {
 namespace {
+
+/// The command whose run files have a model for all commands.
+constexpr const char* kTuned = "tune";
 
 const OptionInfo* find(const CommandOptions& options, const std::string& word) {
   const std::string name = word.substr(0, word.find('='));
@@ -78,10 +82,18 @@ std::vector<std::string> with_run_file(const std::string& command, CommandOption
   std::vector<std::string> known = {"command"};
   for (const OptionInfo& option : options.infos())
     if (is_in_run_files(option)) known.push_back(option.key());
-  if (yaml.has("command") && yaml.text("command") != command)
+  const bool tuned = yaml.has("command") && yaml.text("command") == kTuned;
+  if (yaml.has("command") && yaml.text("command") != command && !tuned)
     yaml.fail("command",
               fmt::format("this run file is for tandem {}, not for tandem {}", yaml.text("command"), command));
-  yaml.allow_only(known);
+  if (!tuned || command == kTuned) {
+    yaml.allow_only(known);
+  } else {
+    for (const std::string& key : yaml.keys())
+      if (std::find(known.begin(), known.end(), key) == known.end())
+        warn(fmt::format("{}: tandem {} has no option --{}, so this part of the tuned model is not used",
+                         yaml.place(key), command, key));
+  }
 
   const std::set<std::string> replaced = given_keys(options, words);
   std::vector<std::string> result;

@@ -16,9 +16,9 @@ namespace tandem {
 ///     noise: ["usbl=2,2,3", "odometry=0.1,0.1,0.1,0.01,0.01,0.01"]   # an option that may be repeated
 ///     robust: true                                               # a flag
 
-/// Returns the words of a command line, preceded by the words of the file that --config names. A word of the command
-/// line replaces the value of the file. Throws Error with file and line if the file is for another command or has an
-/// unknown key.
+/// Returns the words of a command line with those of the file that --config names in front. A word of the command line
+/// replaces the value of the file. A file of tandem tune serves all commands; a warning names options that the command
+/// does not have. Throws Error with file and line if the file is for another command or has an unknown key.
 std::vector<std::string> with_run_file(const std::string& command, CommandOptions& options,
                                        std::vector<std::string> words);
 

@@ -5,11 +5,12 @@
 #include <tandem/studies/commands/output.hpp>
 #include <tandem/studies/commands/problem_options.hpp>
 #include <tandem/studies/commands/solver_options.hpp>
+#include <tandem/studies/commands/tuning_options.hpp>
+#include <tandem/studies/report/tune_page.hpp>
 #include <tandem/studies/scenario/noise_file.hpp>
 #include <tandem/studies/support/option_values.hpp>
 #include <tandem/studies/support/output_file.hpp>
 #include <tandem/studies/support/text.hpp>
-#include <tandem/studies/tuning/proposed_changes.hpp>
 #include <tandem/studies/tuning/tune.hpp>
 #include <tandem/studies/tuning/tune_report.hpp>
 
@@ -31,36 +32,13 @@ std::vector<std::string> parse_names(const std::string&, const std::string& text
   return names;
 }
 
-/// Returns the settings that the command line gives.
-ModelSettings given_settings(const CommandOptions& option) {
-  ModelSettings settings;
-  for (const auto& [info, values] : option.given()) {
-    if (info.group != kTarget && info.group != "Sensors" && info.group != kOwnSensors) continue;
-    for (const std::string& value : values) {
-      const std::size_t equals = value.find('=');
-      if (info.takes.empty())
-        settings[info.key()] = "true";
-      else if (info.repeatable && equals != value.npos)
-        settings[info.key() + " " + value.substr(0, equals)] = value.substr(equals + 1);
-      else
-        settings[info.key()] = value;
-    }
-  }
-  return settings;
-}
-
 int run_tune(const TuneRequest& request, const CommandOptions& option) {
-  TuneOptions options;
-  options.start = given_settings(option);
+  TuneOptions options = tune_options(option);
   options.only = request.only;
   options.fixed = request.fixed;
   options.ahead = request.ahead;
   options.dry_run = request.dry_run;
   options.stop = Stop(&interrupted(), request.time_limit);
-  options.apply = [](const Scenario& scenario, const ModelSettings& settings) {
-    ProblemOfWords found = apply_words(words_of(settings), scenario);
-    return TunedProblem{std::move(found.scenario), found.target, found.own};
-  };
   std::vector<std::string> names = {request.problem.scenario};
   names.insert(names.end(), request.more.begin(), request.more.end());
   std::vector<Scenario> scenarios;
@@ -92,6 +70,11 @@ int run_tune(const TuneRequest& request, const CommandOptions& option) {
     write_file(folder / "summary.json", tune_json(found));
     write_file(folder / "steps.csv", steps_csv(found));
     write_file(folder / "noise.yaml", noise_file_text(found.noise, "Noise of the tuned model. " + tuned_model(found)));
+    try {
+      write_file(folder / "report.html", tune_page(found));
+    } catch (const Error& error) {  // the results are complete without the page
+      warn(error.what());
+    }
   };
   if (found.selection.cut_short)
     results.incomplete_reason = fmt::format("{}; the result is the best validated model so far",
@@ -125,10 +108,11 @@ Command tune_command() {
                    request->ahead, parse_positive);
             option.flag("--dry-run", "List the candidates and exit", request->dry_run);
             add_threads(option);
-            add_output(option, request->output,
-                       {.writes = "Write run.yaml (for --config), noise.yaml (for --noise-from) and the steps to DIR",
-                        .plots = false,
-                        .force = &request->problem.force});
+            add_output(
+                option, request->output,
+                {.writes = "Write run.yaml (for --config), noise.yaml (for --noise-from), the steps and a page to DIR",
+                 .plots = false,
+                 .force = &request->problem.force});
             option.flag("--full", "Print all candidates instead of a summary", request->full);
             return [request, &option] { return run_tune(*request, option); };
           },

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include <tandem/solvers/calibration/predictive_score.hpp>
 #include <tandem/studies/estimation/estimate.hpp>
 
 namespace tandem {
@@ -48,6 +49,9 @@ struct ModelResult {
   int iterations = 0;
   std::array<ErrorSummary, keyframe_types.size()> errors;  ///< in the order of keyframe_types
   ErrorSummary all;
+  /// Predictions of held-out measurements; set by score_models().
+  std::optional<PredictiveScore> score{};
+  std::string why_no_score{};
 };
 
 /// Returns the default solver of a model: augmented-lagrangian if it has hard constraints, else gauss-newton.

@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include <tandem/studies/comparison/model_scores.hpp>
 #include <tandem/studies/comparison/models_report.hpp>
 #include <tandem/studies/estimation/error_fields.hpp>
 #include <tandem/studies/support/text_table.hpp>
@@ -58,9 +59,14 @@ std::string winner(const std::vector<ModelResult>& results, const Measure& measu
   return "";
 }
 
-/// Returns the results by their position error over all keyframes; those without one follow.
+/// Returns the results by their position error over all keyframes, or without errors by their scores; those without
+/// either follow.
 std::vector<ModelResult> ranked(std::vector<ModelResult> results) {
-  const auto error = [](const ModelResult& r) { return r.solved && r.all.position ? r.all.position->mean : HUGE_VAL; };
+  const bool by_score = best_score(results).has_value();
+  const auto error = [by_score](const ModelResult& r) {
+    if (by_score) return r.score ? -r.score->total() : HUGE_VAL;
+    return r.solved && r.all.position ? r.all.position->mean : HUGE_VAL;
+  };
   std::stable_sort(results.begin(), results.end(),
                    [&](const ModelResult& a, const ModelResult& b) { return error(a) < error(b); });
   return results;
@@ -70,6 +76,14 @@ struct ModelRow {
   const std::string& scenario;
   const ModelResult& result;
 };
+
+constexpr const char* kGainText = "predictive log likelihood of held-out measurements minus that of the best model";
+
+/// Returns the log likelihood minus that of the best model, if both are known.
+std::optional<ScoreGain> to_best(const std::vector<ModelResult>& results, const ModelResult& result) {
+  const auto best = best_score(results);
+  return best && result.score ? std::optional(score_gain(*results[*best].score, *result.score)) : std::nullopt;
+}
 
 /// Returns a cell with a number of the result; empty if it is not valid.
 template <class T>
@@ -93,6 +107,8 @@ CsvTable<ModelRow> model_columns() {
               m.orientation ? "mean orientation error over the keyframes of that type, as in errors.csv [deg]"
                             : "mean position error over the keyframes of that type, as in errors.csv [m]",
               [m](const ModelRow& r) { return m(r.result); });
+  table.add("score", "predictive log likelihood of held-out measurements; empty with truth",
+            [](const ModelRow& r) { return r.result.score ? CsvCell(r.result.score->total()) : CsvCell(); });
   return table.add("message", "explanation of the status", [](const ModelRow& r) { return r.result.message; });
 }
 
@@ -124,6 +140,19 @@ JsonFields<ModelResult> model_fields() {
                });
 }
 
+struct ScoredModel {
+  std::string model;
+  ScoreGain gain;
+};
+
+JsonFields<ScoredModel> score_fields() {
+  return JsonFields<ScoredModel>()
+      .add("model", "specification of the model", [](const ScoredModel& s) { return s.model; })
+      .add("gain", kGainText, [](const ScoredModel& s) { return s.gain.gain; })
+      .add("standard_error", "standard error of the gain, by blocks of time",
+           [](const ScoredModel& s) { return s.gain.standard_error; });
+}
+
 struct Models {
   const std::string& scenario;
   const std::vector<ModelResult>& results;
@@ -133,7 +162,18 @@ JsonFields<Models> models_fields() {
   return JsonFields<Models>()
       .add("scenario", "name of the scenario", [](const Models& m) { return m.scenario; })
       .add_list("models", "results, in the order of --models", model_fields(),
-                [](const Models& m) -> const std::vector<ModelResult>& { return m.results; });
+                [](const Models& m) -> const std::vector<ModelResult>& { return m.results; })
+      .add_list("scores", "scores without truth, the best one first; empty with truth", score_fields(),
+                [](const Models& m) {
+                  std::vector<ScoredModel> scores;
+                  for (const ModelResult& r : ranked(m.results))
+                    if (const auto gain = to_best(m.results, r)) scores.push_back({r.name, *gain});
+                  return scores;
+                })
+      .add("recommendation", "the recommended model in one sentence; only without truth", [](const Models& m) {
+        const std::string text = recommendation(m.results);
+        return text.empty() ? std::nullopt : std::optional(text);
+      });
 }
 
 }  // namespace
@@ -144,7 +184,9 @@ std::string models_report(const std::string& scenario, const std::vector<ModelRe
     if (std::any_of(results.begin(), results.end(), [&](const ModelResult& r) { return m(r).has_value(); }))
       columns.push_back(m);
 
+  const bool scored = best_score(results).has_value();
   std::vector<TextTable::Column> heads = {{"model", Align::left}, {"status", Align::left}, {"cost"}, {"seconds"}};
+  if (scored) heads.push_back({"held-out log likelihood"});
   for (const Measure& m : columns) heads.push_back({m.keyframes() + " "});
   TextTable table(heads);
   for (const bool orientation : {false, true}) {
@@ -158,7 +200,7 @@ std::string models_report(const std::string& scenario, const std::vector<ModelRe
   }
   std::string solvers;
   const std::size_t rows = full ? results.size() : std::min(results.size(), kMaxModelRows);
-  const std::vector<ModelResult> shown = rows < results.size() ? ranked(results) : results;
+  const std::vector<ModelResult> shown = scored || rows < results.size() ? ranked(results) : results;
   for (std::size_t i = 0; i < rows; ++i) {
     const ModelResult& r = shown[i];
     if (!r.solved) {
@@ -168,6 +210,10 @@ std::string models_report(const std::string& scenario, const std::vector<ModelRe
     if (solvers.find(r.solver) == std::string::npos) solvers += (solvers.empty() ? "" : ", ") + r.solver;
     std::vector<std::string> cells = {r.name, r.status, fmt::format("{:.6g}", r.cost),
                                       fmt::format("{:.3f}", r.seconds)};
+    if (scored) {
+      const auto gain = to_best(results, r);
+      cells.push_back(gain ? fmt::format("{:+.1f} ± {:.1f}", gain->gain, gain->standard_error) : "–");
+    }
     for (const Measure& m : columns) {
       const auto value = m(r), least = best(results, m);
       cells.push_back(value ? fmt::format("{:.{}f}{}", *value, m.orientation ? 2 : 3,
@@ -183,6 +229,13 @@ std::string models_report(const std::string& scenario, const std::vector<ModelRe
                       scenario, solvers.empty() ? "" : " (solved by " + solvers + ")", table.str());
   if (rows < results.size())
     text += fmt::format("… and {} more. All models: --full, or models.csv in --out.\n", results.size() - rows);
+  if (scored)
+    text +=
+        "\nThe log likelihood is relative to the best model, ± its standard error. Costs of different models are not "
+        "comparable.\n" +
+        recommendation(results) + "\n";
+  for (const ModelResult& r : results)
+    if (!r.why_no_score.empty()) text += fmt::format("{} has no score: {}\n", r.name, r.why_no_score);
   if (columns.empty()) return text + "\nErrors are not available, because the scenario has no truth.\n";
   return text + "\n* least error of the column, to 1 %. Costs of different models are not comparable.\n";
 }

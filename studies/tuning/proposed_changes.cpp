@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <tandem/problem/quantile.hpp>
 #include <tandem/studies/calibration/calibration_problem.hpp>
 #include <tandem/studies/support/text.hpp>
 #include <tandem/studies/tuning/proposed_changes.hpp>
@@ -16,6 +17,7 @@ constexpr double kDelay = 0.5, kScale = 0.05, kMisalignment = 0.05;  // priors o
 constexpr double kWhiteShare = 0.5;     // of a stated noise that is split into white noise and a drifting bias
 constexpr double kLeastVariance = 0.5;  // of the stated noise, that noise and bias must keep together
 constexpr double kFactor = 2;           // of refinements
+constexpr double kCheckedShare = 0.25;  // of the measurements of a sensor, at which another one measures, too
 constexpr std::size_t kFewest = 8;      // measurements of a sensor that can tell its errors
 
 std::vector<double> scaled(std::vector<double> values, double factor) {
@@ -95,9 +97,39 @@ class Proposals {
       add({{"roll-pitch", "off"}}, "a target that tilts", 1);
   }
 
+  /// Returns whether another sensor measures at the times of this one. Otherwise the motion of the target explains all
+  /// slow errors, and predictions of a sensor from itself cannot tell them.
+  bool is_checked(const std::string& name) const {
+    const TargetSensor* const sensor = target_sensor(name);
+    if (!sensor) return true;  // the chaser's own sensors check each other
+    std::size_t checked = 0;
+    for (const Measurement& m : sensor->measurements) {
+      const auto near = [&](const TargetSensor& other) {
+        const double reach = 0.5 * std::min(spacing(*sensor), spacing(other));
+        return other.name != name &&
+               std::any_of(other.measurements.begin(), other.measurements.end(), [&](const Measurement& o) {
+                 return std::abs(other.valid_at(o) - sensor->valid_at(m)) <= reach;
+               });
+      };
+      checked += std::any_of(scenario_.data.sensors.begin(), scenario_.data.sensors.end(), near);
+    }
+    return double(checked) >= kCheckedShare * double(sensor->measurements.size());
+  }
+
+  static double spacing(const TargetSensor& sensor) {
+    std::vector<double> times;
+    for (const Measurement& m : sensor.measurements) times.push_back(m.t);
+    return detail::median_step(times);
+  }
+
   void sensor(const CalibratedEntry& entry) {
     const SensorResiduals r = residuals_of(entry, residuals_);
     if (r.count < kFewest) return;
+    losses(entry, r);
+    if (is_checked(entry.name)) systematic_errors(entry, r);
+  }
+
+  void systematic_errors(const CalibratedEntry& entry, const SensorResiduals& r) {
     const std::string error = "error " + entry.name;
     const std::string why = r.correlation_time > 0
                                 ? fmt::format("residuals correlate for {:.2g} s", r.correlation_time)
@@ -114,7 +146,6 @@ class Proposals {
     if (length) add({{error + ".scale", numbers({kScale})}}, "a scale factor error", 1);
     if (turns) add({{error + ".misalignment", numbers({kMisalignment})}}, "a misalignment", 3);
     if (r.spread < 1) split(entry, r);
-    losses(entry, r);
   }
 
   /// Splits the stated noise into a drifting bias and white noise.
@@ -140,7 +171,7 @@ class Proposals {
     for (const double time : kTimes) {
       ModelSettings settings;
       for (const CalibratedEntry& entry : entries_)
-        if (entry.sensor && residuals_of(entry, residuals_).count >= kFewest)
+        if (entry.sensor && residuals_of(entry, residuals_).count >= kFewest && is_checked(entry.name))
           settings["error " + entry.name] = drifting(entry.sigmas, time);
       if (settings.size() > 1) add(settings, "drifting biases of all sensors", double(settings.size() + 1));
     }

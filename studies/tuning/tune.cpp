@@ -67,7 +67,7 @@ class Tuner {
       Recordings found = solved(result.selection.settings, Stop());
       result.after = all_misfits(found);
       for (const CalibratedEntry& entry : found.problems.front()->entries)
-        result.noise.push_back({entry.name, entry.sigmas});
+        if (!entry.name.ends_with(".error")) result.noise.push_back({entry.name, entry.sigmas});
     }
     result.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
     return result;

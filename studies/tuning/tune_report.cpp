@@ -158,9 +158,11 @@ std::string tuned_run_file(const Tuning& t, const std::vector<std::string>& scen
                                  tuned_model(t), yaml_text(scenarios.front()));
   std::map<std::string, std::vector<std::string>> repeated;
   for (const auto& [setting, value] : t.selection.settings) {
-    const std::size_t space = setting.find(' ');
+    const std::size_t space = setting.find(' '), equals = setting.find('=');
     if (space != setting.npos)
       repeated[setting.substr(0, space)].push_back(setting.substr(space + 1) + "=" + value);
+    else if (equals != setting.npos)
+      repeated[setting.substr(0, equals)].push_back(setting.substr(equals + 1));
     else
       text += fmt::format("{}: {}\n", setting, value == "true" ? value : yaml_text(value));
   }

@@ -1,0 +1,76 @@
+#include <filesystem>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+#include "needs_program.hpp"
+#include "run_tandem.hpp"
+
+namespace tandem {
+namespace {
+
+using testing::HasSubstr;
+using testing::Not;
+
+class TuneCommand : public testing::Test {
+ protected:
+  void SetUp() override {
+    run_ = scratch_.path() / "run";
+    ASSERT_EQ(run_tandem({"simulate", "docking", "--seed", "3", "--minutes", "1", "--out", run_.string()}).status, 0);
+  }
+  std::string run() const { return run_.string(); }
+  std::string out() const { return (scratch_.path() / "tuned").string(); }
+
+  ScratchFolder scratch_;
+  std::filesystem::path run_;
+};
+
+TEST_F(TuneCommand, WritesAModelThatOtherCommandsTake) {
+  const Outcome outcome = run_tandem({"tune", run(), "--only", "horizons,loss", "--out", out(), "--json"});
+  ASSERT_EQ(outcome.status, 0) << outcome.errors;
+  const auto json = nlohmann::json::parse(outcome.output);
+  EXPECT_GT(json["models"], 3);
+  EXPECT_TRUE(json["complete"]);
+  for (const auto& step : json["steps"])
+    EXPECT_THAT(step["change"].get<std::string>(), testing::AnyOf(HasSubstr("--horizons"), HasSubstr("--loss")));
+  const std::string config = out() + "/run.yaml";
+  for (const char* command : {"estimate", "calibrate", "models"}) {
+    const Outcome other = run_tandem({command, "--config", config, "--print-config"});
+    EXPECT_EQ(other.status, 0) << command << ": " << other.errors;
+  }
+  EXPECT_EQ(run_tandem({"estimate", "--config", config}).status, 0);
+  const Outcome tracked = run_tandem({"track", "--config", config, "--noise-from", out() + "/noise.yaml"});
+  EXPECT_EQ(tracked.status, 0) << tracked.errors;
+}
+
+TEST_F(TuneCommand, ListsCandidatesWithoutScoringThem) {
+  const Outcome outcome = run_tandem({"tune", run(), "--dry-run", "--fixed", "robust,model", "--out", out()});
+  EXPECT_EQ(outcome.status, 0) << outcome.errors;
+  EXPECT_THAT(outcome.output, HasSubstr("--horizons 1,2,4"));
+  EXPECT_THAT(outcome.output, Not(HasSubstr("--robust")));
+  EXPECT_FALSE(std::filesystem::exists(out() + "/run.yaml"));
+}
+
+TEST_F(TuneCommand, RefusesWhatItCannotTune) {
+  EXPECT_THAT(run_tandem({"tune", run(), "--only", "lasers"}).errors,
+              HasSubstr("--only 'lasers': there is nothing of this name to change"));
+  EXPECT_THAT(run_tandem({"tune", run(), "--only", "loss", "--fixed", "loss"}).errors,
+              HasSubstr("'loss' is in --only and in --fixed; remove one of them"));
+  EXPECT_THAT(run_tandem({"tune", run(), "--max-keyframes", "3"}).errors, HasSubstr("is too short to hold out blocks"));
+  const std::string dive = (scratch_.path() / "dive").string();
+  ASSERT_EQ(run_tandem({"simulate", "dive", "--minutes", "1", "--out", dive}).status, 0);
+  EXPECT_THAT(run_tandem({"tune", run(), dive}).errors, HasSubstr("have different sensors"));
+  const Outcome outcome = run_tandem({"tune", run(), "--time", "0"});
+  EXPECT_EQ(outcome.status, 2);
+  EXPECT_THAT(outcome.errors, HasSubstr("time limit"));
+}
+
+TEST_F(TuneCommand, EstimatesWithTheTunedModel) {
+  const Outcome outcome = run_tandem({"estimate", run(), "--tuned", "--time-limit", "60"});
+  EXPECT_EQ(outcome.status, 0) << outcome.errors;
+  EXPECT_THAT(outcome.output, HasSubstr("redict"));
+}
+
+}  // namespace
+}  // namespace tandem

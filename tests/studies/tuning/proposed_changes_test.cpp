@@ -1,0 +1,93 @@
+#include <cmath>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <tandem/studies/tuning/proposed_changes.hpp>
+
+namespace tandem {
+namespace {
+
+using testing::Contains;
+using testing::ElementsAre;
+using testing::Not;
+
+/// Two range-bearing sensors with fixes each second; those of the second one are `offset` seconds later.
+Scenario two_sensors(double offset) {
+  Scenario scenario;
+  scenario.data.planar = true;
+  scenario.data.noise = TrackingNoise(true);
+  scenario.data.noise.constant_twist.setConstant(0.1);
+  for (const double shift : {0.0, offset}) {
+    TargetSensor& sensor = scenario.data.sensors.emplace_back();
+    sensor.name = shift == 0 ? "lidar" : "radar";
+    sensor.type = SensorType::range_bearing;
+    sensor.sigma = Vector<2>(1.5, 0.02);
+    for (int i = 0; i < 50; ++i) {
+      Measurement m;
+      m.t = i + shift;
+      sensor.measurements.push_back(m);
+    }
+  }
+  return scenario;
+}
+
+/// Residuals of all components: alternating signs, or slow ones.
+std::vector<Misfit> residuals(bool slow) {
+  std::vector<Misfit> all;
+  for (const char* parameter : {"lidar.range", "lidar.bearing", "radar.range", "radar.bearing"}) {
+    Misfit& m = all.emplace_back();
+    m.parameter = parameter;
+    for (int i = 0; i < 50; ++i) m.add(i, slow ? std::sin(0.2 * i) : (i % 2 == 0 ? 0.8 : -0.8));
+  }
+  return all;
+}
+
+std::vector<std::string> texts(const std::vector<ModelChange>& changes) {
+  std::vector<std::string> all;
+  for (const ModelChange& change : changes) all.push_back(describe(change.settings));
+  return all;
+}
+
+TEST(ModelSettingsWords, AreOptionsOfTheCommandLine) {
+  const ModelSettings settings = {{"error lidar", "1.5,0.02:10"}, {"model", "damped-twist"}, {"robust", "true"}};
+  EXPECT_THAT(words_of(settings), ElementsAre("--error=lidar=1.5,0.02:10", "--model=damped-twist", "--robust"));
+  EXPECT_EQ(describe({{"error lidar", ""}}), "without --error lidar");
+}
+
+TEST(ProposedChanges, HaveDriftingBiasesOfSensorsThatCheckEachOther) {
+  const auto proposed = texts(proposed_changes(two_sensors(0.1), {}, residuals(true)));
+  EXPECT_THAT(proposed, Contains("--error lidar=1.5,0.02:10"));
+  EXPECT_THAT(proposed, Contains("--error lidar=1.5,0.02:10 --error radar=1.5,0.02:10"));
+  EXPECT_THAT(proposed, Contains("--error radar.delay=0.5"));
+  EXPECT_THAT(proposed, Contains("--model damped-twist"));
+  EXPECT_THAT(proposed, Not(Contains("--roll-pitch off"))) << "in the plane";
+}
+
+/// Between the fixes of a sensor, the motion of the target explains what a bias would.
+TEST(ProposedChanges, HaveNoSystematicErrorsOfLoneSensors) {
+  for (const std::string& text : texts(proposed_changes(two_sensors(0.5 + 1e-3), {}, residuals(true))))
+    EXPECT_EQ(text.find("--error"), text.npos) << text;
+}
+
+TEST(RefinedChanges, DoubleAndHalveErrorsTimesAndNoise) {
+  Scenario scenario = two_sensors(0.1);
+  scenario.data.sensors[0].error = SystematicError{Vector<2>(1, 0.04), 10};
+  const auto refined = texts(refined_changes(scenario, {}, {{"error lidar", "1,0.04:10"}}));
+  for (const char* change : {"--error lidar=2,0.08:10", "--error lidar=0.5,0.02:10", "--error lidar=1,0.04:20",
+                             "--error lidar=1,0.04:5", "--noise lidar=3,0.04", "--noise constant_twist=0.2,0.2,0.2"})
+    EXPECT_THAT(refined, Contains(change));
+}
+
+TEST(KeepsStatedNoise, CountsNoiseAndBiasTogether) {
+  const Scenario stated = two_sensors(0.1);
+  Scenario smaller = stated;
+  smaller.data.sensors[0].sigma *= 0.5;
+  EXPECT_FALSE(keeps_stated_noise(stated, smaller));
+  smaller.data.sensors[0].error = SystematicError{Vector<2>(1.2, 0.016), 10};
+  EXPECT_TRUE(keeps_stated_noise(stated, smaller));
+  EXPECT_TRUE(keeps_stated_noise(stated, stated));
+}
+
+}  // namespace
+}  // namespace tandem
