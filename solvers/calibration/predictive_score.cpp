@@ -20,8 +20,8 @@ namespace tandem {
 namespace {
 
 constexpr int kMaxRows = 6;
-constexpr int kMinBlocks = 5, kBlocks = 10;  // in a recording
-constexpr std::size_t kOrigins = 6;          // of predictions ahead
+constexpr int kMinBlocks = 5, kBlocks = 8;  // in a recording
+constexpr std::size_t kOrigins = 6;         // of predictions ahead
 constexpr double kDegreesOfFreedom = 4;
 /// Factors c(d) on the covariance of d rows, the roots of E[(ν + d) q / (ν c + q)] = d with q ~ χ²_d and ν = 4: with
 /// them, the expected log density of Gaussian errors is stationary at the right covariance.
@@ -304,9 +304,11 @@ double score_block_length(double correlation_time, std::vector<double> times) {
   std::sort(times.begin(), times.end());
   times.erase(std::unique(times.begin(), times.end()), times.end());
   if (times.size() < std::size_t(kMinBlocks)) return 0;
+  double gap = 0;
+  for (std::size_t i = 1; i < times.size(); ++i) gap = std::max(gap, times[i] - times[i - 1]);
   const double span = times.back() - times.front(), least = 2 * detail::median_step(times);
   if (!(span >= kMinBlocks * least)) return 0;
-  return std::max(least, std::min(std::max(3 * correlation_time, least), span / kBlocks));
+  return std::max(least, std::min(std::max(3 * correlation_time, gap), span / kBlocks));
 }
 
 double detail::robust_log_density(double squared_distance, double log_determinant, int rows) {

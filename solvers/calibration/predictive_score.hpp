@@ -97,9 +97,10 @@ PredictiveScore completed(PredictiveScore score, const PredictiveScore& referenc
 /// Returns the gain of b over a. Both must be completed() by the same reference, or predict the same measurements.
 ScoreGain score_gain(const PredictiveScore& a, const PredictiveScore& b);
 
-/// Returns the length of blocks of time [s] for residuals with this correlation time: three correlation times, at
-/// least twice the median distance of the measurement times, and short enough for ten blocks in the recording. Returns
-/// 0 if the recording is too short for five blocks of the least length.
+/// Returns the length of blocks of time [s] for residuals with this correlation time: three correlation times, or the
+/// longest gap between the measurement times if that is longer, because models are used to fill such gaps; at least
+/// twice the median step, and short enough for eight blocks in the recording. Returns 0 if the recording is too short
+/// for five blocks of the least length.
 double score_block_length(double correlation_time, std::vector<double> times);
 
 namespace detail {

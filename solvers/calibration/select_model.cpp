@@ -160,12 +160,10 @@ class GreedySearch {
     promising_.clear();
     std::vector<ModelChange> best;
     for (const Evaluated& one : screened) {
-      if (one.valid() && one.gain.gain > 0 && best.size() < kFinalists) {
-        best.push_back(one.change);
-        promising_.insert(one.change.settings);
-      } else {
-        record(one, one.valid() ? ModelVerdict::not_better : ModelVerdict::impossible);
-      }
+      const bool promising = one.valid() && one.gain.gain > 0;
+      if (promising) promising_.insert(one.change.settings);
+      if (promising && best.size() < kFinalists) best.push_back(one.change);
+      if (!promising) record(one, one.valid() ? ModelVerdict::not_better : ModelVerdict::impossible);
     }
     bool kept = false;
     std::set<std::string> changed_settings;

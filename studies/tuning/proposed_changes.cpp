@@ -160,11 +160,13 @@ class Proposals {
     const std::string why = r.down_weighted > 0
                                 ? fmt::format("heavy tails; {:.1f} % are down-weighted", 100 * r.down_weighted)
                                 : fmt::format("heavy tails; the spread is {:.2g}", r.spread);
+    if (entry.kind == name(SensorType::pose)) {  // --robust handles turned poses, which a loss alone does not
+      add({{"loss " + entry.name + ".orientation", "cauchy:2"}}, "turned orientations", 1);
+      return;
+    }
     add({{"loss " + entry.name, "cauchy:2"}}, why, 1);
     add({{"loss " + entry.name, fmt::format("student-t:{:.3g}", std::sqrt(4.0 + double(entry.sigmas.size())))}}, why,
         1);
-    if (entry.kind == name(SensorType::pose))
-      add({{"loss " + entry.name + ".orientation", "cauchy:2"}}, "turned orientations", 1);
   }
 
   void drift_of_all_sensors() {

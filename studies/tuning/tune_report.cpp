@@ -120,11 +120,13 @@ std::string tuned_model(const Tuning& t) {
 std::string tune_report(const Tuning& t, bool full) {
   TextTable table({{"change", Align::left}, {"gain"}, {"verdict", Align::left}, {"why", Align::left}});
   std::size_t rejected = 0;
-  for (const ModelStep& step : t.selection.steps) {
-    if (!is_in_model(step) && !full && ++rejected > kShownRejected) continue;
-    table.row({describe(step.change.settings), gain_text(step), std::string(name(step.verdict)),
-               step.why.empty() ? step.change.why : step.why});
-  }
+  for (const bool in_model : {true, false})
+    for (const ModelStep& step : t.selection.steps) {
+      if (is_in_model(step) != in_model) continue;
+      if (!in_model && ++rejected > kShownRejected && !full) continue;
+      table.row({describe(step.change.settings), gain_text(step), std::string(name(step.verdict)),
+                 step.why.empty() ? step.change.why : step.why});
+    }
   std::string text = fmt::format(
       "{}\n\n{}: {} models scored in {:.0f} s on measurements held out in blocks of {:.2g} s\n\n{}", tuned_model(t),
       fmt::join(t.scenarios, ", "), t.selection.models, t.seconds, t.block_length, table.str());

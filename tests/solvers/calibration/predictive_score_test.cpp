@@ -126,7 +126,9 @@ TEST(ScoreBlockLength, FollowsTheCorrelationTimeWithinTheRecording) {
   for (int i = 0; i <= 200; ++i) times.push_back(i);
   EXPECT_EQ(score_block_length(0, times), 2);
   EXPECT_EQ(score_block_length(4, times), 12);
-  EXPECT_EQ(score_block_length(100, times), 20) << "ten blocks";
+  EXPECT_EQ(score_block_length(100, times), 25) << "eight blocks";
+  times.erase(times.begin() + 50, times.begin() + 65);
+  EXPECT_EQ(score_block_length(0, times), 16) << "the longest gap";
   EXPECT_EQ(score_block_length(1, {0, 1, 2, 3}), 0) << "too short";
 }
 
