@@ -9,6 +9,8 @@
 #include <tandem/studies/commands/tuning_options.hpp>
 #include <tandem/studies/estimation/estimate_files.hpp>
 #include <tandem/studies/estimation/estimate_report.hpp>
+#include <tandem/studies/estimation/fit_target_delay.hpp>
+#include <tandem/studies/navigation/navigated_scenario.hpp>
 #include <tandem/studies/tuning/tune_report.hpp>
 
 namespace tandem {
@@ -20,6 +22,7 @@ struct EstimateRequest {
   ProblemRequest problem;
   Solver solver;
   bool graduated = false, no_covariance = false, tuned = false;
+  std::vector<NamedByOption> fit_delay;
   std::function<void(const Problem&)> built;
   Output output;
 };
@@ -42,6 +45,37 @@ std::string incomplete_reason(const Estimate& result) {
   if (why.empty()) why = result.cut_short;
   if (!why.empty() && !result.suspects.empty()) why += "; " + result.suspects.front().text();
   return why;
+}
+
+/// Fits the requested delays one after the other, each with those fitted before, and sets them in the scenario.
+std::vector<DelayFit> fit_delays(const EstimateRequest& request, const TrackingOptions& options, const Solver& solver,
+                                 Scenario& scenario) {
+  std::vector<DelayFit> fits;
+  if (request.fit_delay.empty()) return fits;
+  Solver limited = solver;
+  const Stop stop(common(solver));
+  if (needs_navigation(scenario)) {
+    NavigationOptions navigation = navigation_options(request.problem);
+    stop.limit(navigation.solver);
+    NavigatedScenario with_chaser = navigated(std::move(scenario), navigation);
+    scenario = std::move(with_chaser.scenario);
+    scenario.findings.insert(scenario.findings.end(), with_chaser.findings.begin(), with_chaser.findings.end());
+  }
+  for (const NamedByOption& sensor : request.fit_delay) {
+    if (std::any_of(fits.begin(), fits.end(), [&](const DelayFit& fit) { return fit.sensor == sensor.name; }))
+      throw Error("--fit-delay " + sensor.name + " is given twice");
+    for (const TargetSensor& s : scenario.data.sensors)
+      if (s.name == sensor.name && s.error && s.error->delay_sigma > 0)
+        throw Error("--fit-delay " + sensor.name + ": its delay is a systematic error already; remove one of both");
+    stop.limit(common(limited));
+    fits.push_back(fit_target_delay(scenario.data, sensor.name, options, limited, request.graduated));
+    for (TargetSensor& s : scenario.data.sensors)
+      if (s.name == sensor.name) s.delay = fits.back().delay;
+  }
+  const double first = scenario.data.odometry.front().t;
+  for (TargetSensor& s : scenario.data.sensors)  // a fitted delay must not shift them out of the chaser's motion
+    std::erase_if(s.measurements, [&](const Measurement& m) { return s.valid_at(m) < first; });
+  return fits;
 }
 
 /// Replaces the scenario and the options by those of the model that tune() selects, and returns that model in words. A
