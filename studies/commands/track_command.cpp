@@ -34,14 +34,13 @@ enum class Newest { hypotheses, window };
 struct TrackRequest {
   ProblemRequest problem;
   TrackOptions live;
-  std::optional<double> window;  ///< s
+  std::optional<double> window, rate;  ///< s, and of the lines of JSON [Hz]
   std::optional<Newest> newest;
   std::optional<double> stamp_unit;  ///< s
   std::optional<std::filesystem::path> snapshot;
   std::optional<double> every;  ///< s
   bool standard_input = false, json_lines = false;
-  std::optional<LineCovariance> covariance;
-  std::optional<double> rate;  ///< of the lines of JSON [Hz]
+  std::optional<LineCovariance> covariance;  ///< in the lines of JSON
   Output output;
 };
 
@@ -134,8 +133,8 @@ TrackOptions track_options(const TrackRequest& request) {
   if (!request.output.quiet) options.on_notice = LimitedWarnings("notices", warn);
   if (request.json_lines && request.output.json)
     throw Error("--json-lines and --json exclude each other: one line for each update, or one summary");
-  if (request.rate && !request.json_lines) throw Error("--rate needs --json-lines");
-  if (request.covariance && !request.json_lines) throw Error("--covariance needs --json-lines");
+  if ((request.rate || request.covariance) && !request.json_lines)
+    throw Error(fmt::format("{} needs --json-lines", request.rate ? "--rate" : "--covariance"));
   if (online.soften_infeasible && online.tracking.non_holonomic != Role::hard &&
       online.tracking.roll_pitch != Role::hard && request.problem.limits != Role::hard)
     throw Error("--soften needs a hard constraint: --limits, --non-holonomic or --roll-pitch hard");
@@ -273,9 +272,9 @@ int run_track(const TrackRequest& request, const CommandOptions& option) {
   const TrackSummary summary = summarise(result, scenario, options);
   Results results;
   results.incomplete_reason = why_unreliable(result);
+  results.announces_folder = !request.json_lines;
   if (request.json_lines) print(track_json_summary_line(result, summary));
   if (!request.json_lines) results.table = [&] { return "\n" + track_report(result, summary); };
-  results.announces_folder = !request.json_lines;
   results.json = [&] { return track_json(result, summary); };
   results.plots_command = "track";
   results.write = [&](const std::filesystem::path& folder) { write_track(result, summary, scenario, options, folder); };

@@ -314,5 +314,22 @@ TEST(MotionHypotheses, ALossLimitsTheEffectOfAnOutlier) {
   EXPECT_LE((target.at(41).position - Vessel::position(41)).norm(), 1);
 }
 
+TEST(MotionHypotheses, RespectHardLimits) {
+  const HypothesesLimits limits{.min_surge = 0, .max_surge = 0.8, .max_yaw_rate = 0.01};
+  MotionHypotheses limited(kNoise, limits), free(kNoise);
+  Fixes fixes(3);
+  for (int t = 0; t < 200; t += 5) {
+    const TargetFix fix = t % 20 == 0 ? fixes.pose(t) : fixes.position(t, 0.5);
+    limited.add(t, fix);
+    free.add(t, fix);
+    EXPECT_LE(limited.at(t).velocity.norm(), 0.81) << t;
+    const TargetMoments now = limited.at(t), later = limited.at(t + 20);
+    EXPECT_LE(later.velocity.norm(), 0.81) << t;
+    if (t > 20 && now.heading && later.heading)
+      EXPECT_LE(std::abs(std::remainder(*later.heading - *now.heading, 2 * std::numbers::pi)), 0.2 + 1e-9) << t;
+  }
+  EXPECT_GT(free.at(195).velocity.norm(), 1.0);
+}
+
 }  // namespace
 }  // namespace tandem::testing

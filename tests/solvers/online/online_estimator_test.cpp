@@ -256,9 +256,6 @@ TEST(OnlineTarget, RejectsInvalidOptions) {
   EXPECT_THAT(rejection({.model = MotionModel::steady_course}), HasSubstr("steady-course model"));
   EXPECT_THAT(rejection({.model = MotionModel::white_noise_acceleration, .mode = Mode::B}),
               HasSubstr("mode B requires"));
-  EXPECT_THAT(rejection({.roll_pitch = Role::hard}), HasSubstr("soft constraints only"));
-  EXPECT_THAT(rejection({.non_holonomic = Role::hard}), HasSubstr("soft constraints only"));
-  EXPECT_THAT(rejection({.max_yaw_rate = 0.1}), HasSubstr("soft constraints only"));
   EXPECT_EQ(rejection({.max_yaw_rate = 0.1, .limits = Role::soft}), "nothing");
   EXPECT_THROW(OnlineEstimator(TrackingData(), {}, {}), Error);
   TrackingData late = d;

@@ -352,8 +352,10 @@ TEST(TrackCommand, RejectsInvalidUsage) {
     EXPECT_TRUE(files(scratch.path()).empty());
     return run.errors;
   };
-  EXPECT_THAT(rejection({"docking_a", "--limits", "hard", "--surge", "0,2"}), HasSubstr("soft constraints only"));
-  EXPECT_THAT(rejection({"docking_a", "--roll-pitch", "hard"}), HasSubstr("soft constraints only"));
+  EXPECT_THAT(rejection({"docking_a", "--soften", "--limits", "soft", "--surge", "0,2"}),
+              HasSubstr("--soften needs a hard constraint"));
+  EXPECT_THAT(rejection({"docking_a", "--rate", "2"}), HasSubstr("--rate needs --json-lines"));
+  EXPECT_THAT(rejection({"docking_a", "--covariance", "joint"}), HasSubstr("--covariance needs --json-lines"));
   EXPECT_THAT(rejection({"docking_a", "--model", "steady-course"}), HasSubstr("steady-course"));
   EXPECT_THAT(rejection({"docking_a", "--window", "0"}), HasSubstr("--window takes a positive number, not '0'"));
   EXPECT_THAT(rejection({"docking_a", "--window-keyframes", "2"}), HasSubstr("--window-keyframes takes 3 or more"));

@@ -139,5 +139,43 @@ TEST(TrackLines, PrintHealth) {
   EXPECT_THAT(lines(record(1)), HasSubstr("      1.00 ")) << "the time was reset";
 }
 
+TEST(TrackJsonLines, HaveStatesAndCovariancesInTheFrameOfTheScenario) {
+  TrackRecord r = record(80.2);
+  r.live.chaser_twist << 1, 2, 3, 4, 5, 6;
+  r.live.target_twist = r.live.chaser_twist;
+  r.live.chaser_rows = 6;
+  r.live.covariance = Eigen::MatrixXd::Ones(12, 12) + Eigen::MatrixXd::Identity(12, 12);
+  r.ahead = {RelativeTarget{{3, 4, 0}, Matrix<3, 3>(Vector<3>(1, 4, 9).asDiagonal())}};
+  r.health.sensors = {{.used = 3, .rejected = 1, .sigmas = 2.0, .age = 0.5, .nis = 1.25}};
+  const auto json_in = [&](const Frame& frame, LineCovariance covariance) {
+    return nlohmann::json::parse(track_json_line(r, frame, {"usbl"}, {5}, covariance));
+  };
+  const auto enu = json_in(Frame::enu_flu(), LineCovariance::joint);
+  EXPECT_EQ(enu["schema"], "tandem.track-line/1");
+  EXPECT_EQ(enu["target_m"], (std::vector<double>{10, 10, 5}));
+  EXPECT_NEAR(enu["heading_rad"], std::numbers::pi, 1e-12);
+  EXPECT_EQ(enu["speed_m_s"], 2.0);
+  EXPECT_EQ(enu["sensors"]["usbl"]["nis"], 1.25);
+  EXPECT_EQ(enu["covariance"].size(), 12u);
+  EXPECT_EQ(enu["covariance"][0][0], 2.0);
+  EXPECT_EQ(enu["ahead"][0]["covariance_m2"][2][2], 9.0);
+  EXPECT_NEAR(enu["ahead"][0]["target_m"][1], 3, 1e-12) << "3 m ahead of the chaser, which heads north";
+  const auto ned = json_in(Frame::ned_frd(), LineCovariance::blocks);
+  EXPECT_EQ(ned["target_m"], (std::vector<double>{10, 10, -5}));
+  EXPECT_EQ(ned["chaser_twist"], (std::vector<double>{1, -2, -3, 4, -5, -6}));
+  EXPECT_FALSE(ned.contains("covariance"));
+  EXPECT_EQ(ned["target_covariance"].size(), 6u);
+  EXPECT_EQ(ned["target_covariance"][0][1], -1.0) << "forward and starboard instead of port";
+  EXPECT_EQ(ned["target_covariance"][1][2], 1.0);
+}
+
+TEST(TrackJsonLines, KeepTheRate) {
+  TrackJsonLines lines(Frame::enu_flu(), {}, {}, LineCovariance::off, 2.0);
+  int printed = 0;
+  for (int i = 0; i < 100; ++i) printed += !lines(record(10 + 0.1 * i)).empty();
+  EXPECT_EQ(printed, 20);
+  EXPECT_FALSE(lines(record(3)).empty()) << "the time base was reset";
+}
+
 }  // namespace
 }  // namespace tandem
