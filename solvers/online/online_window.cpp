@@ -111,7 +111,7 @@ bool OnlineWindow::update_covariance() {
   return covariance_ == Covariance::current;
 }
 
-bool OnlineWindow::passes(const Block& block, Eigen::Index rows, bool use_gate, Outcome& outcome) const {
+bool OnlineWindow::passes(const Block& block, Eigen::Index rows, bool use_gate, Outcome& outcome) const try {
   if (const auto innovation = use_gate ? normalized_innovation(lag_, block, rows) : std::nullopt) {
     outcome.sigmas = innovation->sigmas;
     outcome.nis = innovation->nis;
