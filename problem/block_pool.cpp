@@ -59,6 +59,10 @@ std::vector<StateStoreBase*> ResidualBlocks::stores_of(const StoreMapping& mappi
   return result;
 }
 
+void ResidualBlocks::points(std::size_t i, const void** x) const {
+  for (std::size_t s = 0; s < arity_; ++s) x[s] = stores_[s]->view().point(slots(i)[s]);
+}
+
 void ResidualBlocks::add(const void* residual, const int* slots) {
   residuals_.add(residual);
   slots_.insert(slots_.end(), slots, slots + arity_);

@@ -28,6 +28,7 @@ class ResidualBlocks {
   const int* ids(std::size_t i) const { return ids_.data() + i * arity_; }
   const int* slots(std::size_t i) const { return slots_.data() + i * arity_; }
   const void* residual(std::size_t i) const { return residuals_[i]; }
+  void points(std::size_t i, const void** x) const;
   void add(const void* residual, const int* slots);
   void set(std::size_t i, const void* residual) { residuals_.set(i, residual); }
   void remove(std::size_t i);
@@ -149,6 +150,7 @@ class BlockPool : public Base {
   const void* residual(int i) const override { return blocks_.residual(std::size_t(i)); }
   void add_residual(const void* residual, const int* slots) override { blocks_.add(residual, slots); }
   void set_residual(int i, const void* residual) override { blocks_.set(std::size_t(i), residual); }
+  void points(int i, const void** x) const override { blocks_.points(std::size_t(i), x); }
   void evaluate_block(int i, double* r) const override;
   void linearize_block(int i, const int* offset, double* r, double* J) const override;
 

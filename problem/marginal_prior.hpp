@@ -36,6 +36,9 @@ class MarginalPrior final : public SoftPoolBase {
   void add_residual(const void*, const int*) override {
     throw BadInputError("residuals cannot be added to a marginal prior");
   }
+  void points(int, const void**) const override {
+    throw BadInputError("the points of a marginal prior are not available");
+  }
   void set_residual(int, const void*) override {
     throw BadInputError("set_residual: a marginal prior cannot be replaced");
   }

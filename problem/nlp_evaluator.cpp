@@ -144,6 +144,12 @@ void NlpEvaluator::over_states(F f, Begin begin) {
   });
 }
 
+void NlpEvaluator::prepare(bool jacobians) const {
+  for (std::size_t p = 0; p < placement_.size(); ++p)
+    if (const detail::ResidualType* type = problem_.pools_[p].type; type && type->prepare && pool(p).size() > 0)
+      type->prepare(pool(p), jacobians);
+}
+
 std::pair<int, int> NlpEvaluator::blocks_of(int task) const {
   const auto first = [&](int part) {
     return int((std::int64_t(part) * hessian_.num_blocks() + num_tasks_ - 1) / num_tasks_);
@@ -165,6 +171,7 @@ void NlpEvaluator::set_zero_part(int task, Eigen::VectorXd& hessian) const {
 
 double NlpEvaluator::cost() {
   claim_point();
+  prepare(false);
   return over_blocks([this](std::size_t p, int begin, int end) {
     return costs_[p] ? costs_[p]->cost(placement_[p], begin, end) : 0.0;
   });
@@ -208,6 +215,7 @@ double NlpEvaluator::linearize_at_point(Eigen::VectorXd& gradient, Eigen::Vector
 
 double NlpEvaluator::accumulate(Eigen::VectorXd& gradient, Eigen::VectorXd* hessian) {
   double* H = hessian ? hessian->data() : nullptr;
+  prepare(true);
   return over_blocks(
       [&](std::size_t p, int begin, int end) {
         return costs_[p] ? costs_[p]->accumulate(placement_[p], begin, end, gradient.data(), H) : 0.0;
@@ -221,6 +229,7 @@ double NlpEvaluator::accumulate(Eigen::VectorXd& gradient, Eigen::VectorXd* hess
 
 void NlpEvaluator::constraints(Eigen::VectorXd& c) {
   claim_point();
+  prepare(false);
   over_hard_blocks([&](const detail::HardPoolBase& pool, std::size_t p, int begin, int end) {
     pool.values(placement_[p], begin, end, c.data() + first_row_[p]);
   });
@@ -228,6 +237,7 @@ void NlpEvaluator::constraints(Eigen::VectorXd& c) {
 
 void NlpEvaluator::constraint_jacobian(Eigen::VectorXd& values) {
   update_charts();
+  prepare(true);
   over_hard_blocks([&](const detail::HardPoolBase& pool, std::size_t p, int begin, int end) {
     pool.jacobian(placement_[p], begin, end, nullptr, values.data());
   });
@@ -244,6 +254,7 @@ void NlpEvaluator::linearize_constraints_at_point(Eigen::VectorXd& c, Eigen::Vec
 }
 
 void NlpEvaluator::evaluate_constraints(Eigen::VectorXd& c, Eigen::VectorXd& jacobian) {
+  prepare(true);
   over_hard_blocks([&](const detail::HardPoolBase& pool, std::size_t p, int begin, int end) {
     pool.jacobian(placement_[p], begin, end, c.data() + first_row_[p], jacobian.data());
   });

@@ -205,6 +205,8 @@ class NlpEvaluator {
   /// concurrently.
   template <class F>
   double over_blocks(F f) const;
+  /// Evaluates the blocks that only one thread may evaluate.
+  void prepare(bool jacobians) const;
   /// Also calls begin(task) at the start of each task.
   template <class F, class Begin>
   double over_blocks(F f, Begin begin) const;

@@ -53,6 +53,8 @@ class PoolBase {
   virtual const void* residual(int i) const = 0;
   /// Appends a residual without noise, loss or bounds; the caller must add those.
   virtual void add_residual(const void* residual, const int* slots) = 0;
+  /// Sets x to the points of the states that block i reads. Valid until a variable is added or the point changes.
+  virtual void points(int i, const void** x) const = 0;
   /// Replaces the residual of block i by one of the same type.
   virtual void set_residual(int i, const void* residual) = 0;
   /// Computes the rows of block i at the point, in the units of the residual.

@@ -137,6 +137,13 @@ class Problem {
     return add_hard(type_of<R, true>(), &residual, slots<R>(x).data(), bounds.lower.data(), bounds.upper.data());
   }
 
+  /// Add a block whose residual type is known at run time only; `residual` points to an object of that type. Both also
+  /// throw BadInputError if the number of variables, of bounds or the group of a variable is wrong.
+  Block minimize(const detail::ResidualType& type, const void* residual, std::span<const VariableHandle> x,
+                 const Gaussian& noise, const Loss& loss = {});
+  Block subject_to(const detail::ResidualType& type, const void* residual, std::span<const VariableHandle> x,
+                   std::span<const double> lower, std::span<const double> upper);
+
   void remove(const Block& block);
   /// Returns whether `block` is a block of this problem that has not been removed.
   bool has(const Block& block) const;
@@ -313,7 +320,7 @@ class Problem {
   template <LieGroup G>
   inline static const detail::GroupType group_type{typeid(G), &store_of<G>};
   template <Residual R>
-  static void stores_of(Problem& p, detail::StateStoreBase** stores) {
+  static void stores_of(const detail::ResidualType&, Problem& p, detail::StateStoreBase** stores) {
     [&]<class... Xs>(std::tuple<Xs...>*) {
       ((*stores++ = &p.store<Xs>()), ...);
     }(static_cast<typename R::States*>(nullptr));
@@ -352,6 +359,7 @@ class Problem {
                  const double* upper);
   void set_residual(const Block& block, const detail::ResidualFunctions& functions, const void* residual);
   int pool_of(const detail::ResidualType& type);  // adds the pool if there is none yet
+  std::vector<int> slots_of(const detail::ResidualType& type, std::span<const VariableHandle> x);
   int new_variable_id();
   detail::VariableName variable_name(std::string name) const;  // "variable N" if empty
   VariableHandle new_variable(int id, detail::StateStoreBase& store, int slot);
@@ -386,10 +394,10 @@ class Problem {
   long long next_sequence_ = 0;
   std::map<std::type_index, std::unique_ptr<detail::StateStoreBase>> stores_;
   std::vector<Pool> pools_;
-  std::map<std::pair<std::type_index, bool>, int> pool_of_type_;  // key: residual type, hard
-  int prior_pool_ = -1;       // pool of the marginal prior, −1 before the first marginalize()
-  int constraint_pool_ = -1;  // pool of the marginal constraint, likewise
-  double loss_scale_ = 1.0;   // copied to every soft pool
+  // Key: C++ type of the residual, hard, and the type itself if it was made at run time.
+  std::map<std::tuple<std::type_index, bool, const detail::ResidualType*>, int> pool_of_type_;
+  int prior_pool_ = -1;      // pool of the marginal prior, −1 before the first marginalize()
+  double loss_scale_ = 1.0;  // copied to every soft pool
   std::uint64_t serial_ = detail::new_problem_serial();
   // Revision counters. Each NlpEvaluator compares them to detect changes of the structure (variables and blocks), of
   // values, and of bounds, noises, losses and residuals. point_owner_: evaluator whose point the state stores hold.

@@ -107,9 +107,11 @@ ProblemData::ProblemData(const Problem& problem) : loss_scale(problem.loss_scale
         throw BadInputError("block " + problem.describe(base, i) + " (" + block.residual +
                             ") cannot be stored: " + why);
       };
-      if (!types.at({block.residual, pool.type->hard})) fail("several residual types of this program have this name");
+      const auto type = types.find({block.residual, pool.type->hard});
+      if (pool.type->made_at_run_time || type == types.end()) fail("the residual is defined at run time");
+      if (!type->second) fail("several residual types of this program have this name");
       Fields fields;
-      pool.type->pass(base.residual(i), fields, nullptr, nullptr);
+      pool.type->pass(base.residual(i), fields, nullptr);
       if (!fields.complete()) fail(fields.error());
       block.data = fields.values();
       if (pool.hard) {
@@ -197,7 +199,9 @@ void ProblemData::Builder::add_block(const Block& block) {
                           ", because it is a " + data.variables[std::size_t(block.variables[s])].group);
   }
   Fields fields(block.data);
-  type->second->pass(nullptr, fields, &pool, slots.data());
+  const auto add_residual = [&](const void* residual) { pool.add_residual(residual, slots.data()); };
+  const ResidualType::Use add = add_residual;
+  type->second->pass(nullptr, fields, &add);
   if (!fields.error().empty()) throw BadInputError(fields.error());
   if (!fields.complete())
     throw BadInputError("data must be " + count(fields.count(), "number") + ", not " +

@@ -4,7 +4,9 @@
 #include <span>
 #include <string>
 #include <typeinfo>
+#include <vector>
 
+#include <tandem/problem/function_ref.hpp>
 #include <tandem/problem/pool.hpp>
 #include <tandem/residuals/fields.hpp>
 #include <tandem/residuals/residual_functions.hpp>
@@ -15,18 +17,23 @@ class Problem;
 
 namespace detail {
 
-/// A residual type in one role that is compiled into this program.
+/// A residual type in one role.
 struct ResidualType {
+  using Use = FunctionRef<void(const void* residual)>;
   /// Passes the members of the residual `from` through `fields`, or of a default-constructed residual if `from` is
-  /// null. If `to` is not null and all fields are complete, adds the residual to that pool.
-  using Pass = void (*)(const void* from, Fields& fields, PoolBase* to, const int* slots);
+  /// null. If `use` is not null and all fields are complete, calls it with the residual.
+  using Pass = void (*)(const void* from, Fields& fields, const Use* use);
   /// Sets `stores` to the store of each state; creates those that the problem lacks.
-  using StoresOf = void (*)(Problem& problem, StateStoreBase** stores);
+  using StoresOf = void (*)(const ResidualType& type, Problem& problem, StateStoreBase** stores);
+  /// Evaluates all blocks of a pool at the point, before the pool is read by several threads.
+  using Prepare = void (*)(const PoolBase& pool, bool jacobians);
 
   const ResidualFunctions& functions;
   bool hard;
   Pass pass;
   StoresOf stores_of;
+  Prepare prepare = nullptr;      ///< null for residuals that any thread may evaluate
+  bool made_at_run_time = false;  ///< types with the same C++ type are then different types
 
   const std::type_info& type() const { return *functions.type; }
 };
@@ -42,16 +49,24 @@ struct GroupType {
   const std::type_info& type;
   StoreOf store_of;
 };
+/// A residual type that is made at run time, for example by a scripting language. It must outlive all problems with such
+/// blocks. Problem files cannot hold its blocks.
+struct RunTimeResidualType : ResidualType {
+  RunTimeResidualType(const ResidualFunctions& functions, bool hard, std::vector<const GroupType*> states,
+                      Prepare prepare);
+
+  std::vector<const GroupType*> states;
+};
 /// Return all registered types.
 std::span<const ResidualType* const> residual_types();
 std::span<const GroupType* const> group_types();
 
 template <class R>
-void pass_residual(const void* from, Fields& fields, PoolBase* to, const int* slots) {
+void pass_residual(const void* from, Fields& fields, const ResidualType::Use* use) {
   if constexpr (std::default_initializable<R>) {
     R residual = from ? R(*static_cast<const R*>(from)) : R{};
     pass_fields(residual, fields);
-    if (to && fields.complete()) to->add_residual(&residual, slots);
+    if (use && fields.complete()) (*use)(&residual);
   } else {
     fields.fail(typeid(R));
   }

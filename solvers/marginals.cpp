@@ -217,7 +217,8 @@ Eigen::MatrixXd Marginals::propagated(const Eigen::Ref<const Eigen::MatrixXd>& J
 
 void Marginals::require_regular() const {
   if (std::isfinite(parts_.log_determinant)) return;
-  throw Error("marginals: the problem is rank deficient; unobservable: " + describe(parts_.unobservable));
+  const std::string states = describe(parts_.unobservable);
+  throw NotObservableError("marginals: the problem is rank deficient; unobservable: " + states, states);
 }
 
 Eigen::MatrixXd Marginals::joint(std::span<const int> variable_ids, std::span<const int> dofs) const {

@@ -77,7 +77,7 @@ class Marginals {
   /// Returns log det H. With hard equalities, H is restricted to their null space, and a constant that depends only on
   /// the equalities is neglected. −infinity if H is singular.
   double log_determinant() const { return parts_.log_determinant; }
-  /// Throws Error, which names the unobservable states, if H is singular.
+  /// Throws NotObservableError, which names the unobservable states, if H is singular.
   void require_regular() const;
   /// Returns the states with infinite variances; empty if the problem determines all states.
   const std::vector<UnobservableState>& unobservable() const { return parts_.unobservable; }
