@@ -4,6 +4,7 @@
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
+#include <nlohmann/json.hpp>
 #include <sys/ioctl.h>
 #include <unistd.h>
 
@@ -183,6 +184,22 @@ std::string words(const CommandOptions& options) {
   return text;
 }
 
+/// Returns the options as JSON, from which the Python package generates its functions.
+std::string json(const NamedCommand& command, const CommandOptions& options) {
+  nlohmann::ordered_json list = nlohmann::ordered_json::array();
+  for (const OptionInfo& option : options.infos())
+    list.push_back({{"name", option.key()},
+                    {"takes", option.takes},
+                    {"help", option.help},
+                    {"group", option.group},
+                    {"positional", option.positional},
+                    {"required", option.required},
+                    {"repeatable", option.repeatable}});
+  const nlohmann::ordered_json text = {
+      {"command", command.name}, {"summary", command.summary}, {"options", std::move(list)}};
+  return text.dump() + "\n";
+}
+
 }  // namespace
 
 std::optional<std::string> requested_help(const NamedCommand& command, const CommandOptions& options,
@@ -194,6 +211,7 @@ std::optional<std::string> requested_help(const NamedCommand& command, const Com
     if (given[i + 1] == "markdown") return markdown(command, options);
     if (given[i + 1] == "man") return man_page(command, options);
     if (given[i + 1] == "words") return words(options);
+    if (given[i + 1] == "json") return json(command, options);
     if (given[i + 1] == "files") {
       const auto file = given.begin() + std::min(std::ptrdiff_t(i) + 2, std::ptrdiff_t(given.size()));
       return files_reference(command, fmt::format("{}", fmt::join(file, given.end(), " ")));
