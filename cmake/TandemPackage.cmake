@@ -1,5 +1,5 @@
 # Builds Debian packages with CPack (scripts/package): tandem (the program with its data, man pages and shell
-# completion) and libtandem-dev (libraries, headers and CMake package).
+# completion), libtandem-dev (libraries, headers and CMake package) and, if it is built, python3-tandem.
 if(NOT EXISTS "/etc/debian_version" OR NOT TANDEM_STUDIES)
   return()
 endif()
@@ -13,6 +13,11 @@ set(CPACK_PACKAGING_INSTALL_PREFIX "/usr")
 set(CPACK_PACKAGE_DIRECTORY "${PROJECT_BINARY_DIR}/packages")
 set(CPACK_STRIP_FILES TRUE)
 set(CPACK_COMPONENTS_ALL program library)
+set(packages "program=tandem" "library=libtandem-dev")
+if(TANDEM_HAS_PYTHON)
+  list(APPEND CPACK_COMPONENTS_ALL python)
+  list(APPEND packages "python=python3-tandem")
+endif()
 set(CPACK_DEB_COMPONENT_INSTALL ON)
 set(CPACK_COMPONENTS_GROUPING IGNORE)
 set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
@@ -44,6 +49,19 @@ set(CPACK_COMPONENT_LIBRARY_DESCRIPTION
  planning, with headers and a CMake package."
 )
 
+set(CPACK_DEBIAN_PYTHON_PACKAGE_NAME python3-tandem)
+set(CPACK_DEBIAN_PYTHON_PACKAGE_SECTION python)
+set(CPACK_DEBIAN_PYTHON_PACKAGE_SHLIBDEPS ON)
+set(CPACK_DEBIAN_PYTHON_PACKAGE_DEPENDS
+    "tandem (= ${PROJECT_VERSION}), python3 (>= ${Python_VERSION_MAJOR}.${Python_VERSION_MINOR}), python3-numpy"
+)
+set(CPACK_DEBIAN_PYTHON_PACKAGE_RECOMMENDS "python3-matplotlib, python3-pandas, python3-tqdm")
+set(CPACK_COMPONENT_PYTHON_DESCRIPTION
+    "Python package of Tandem: estimation with hard constraints on Lie groups
+ Whole runs of the command line, Lie groups, nonlinear programs with residuals
+ in Python, covariances and fixed-lag smoothing."
+)
+
 # Debian policy requires a licence and a changelog in every package.
 string(TIMESTAMP date "%a, %d %b %Y %H:%M:%S +0000" UTC)
 file(WRITE "${PROJECT_BINARY_DIR}/debian/changelog"
@@ -53,7 +71,8 @@ file(WRITE "${PROJECT_BINARY_DIR}/debian/changelog"
 find_program(TANDEM_GZIP gzip REQUIRED)
 mark_as_advanced(TANDEM_GZIP)
 execute_process(COMMAND "${TANDEM_GZIP}" -9nf "${PROJECT_BINARY_DIR}/debian/changelog" COMMAND_ERROR_IS_FATAL ANY)
-foreach(pair "program;tandem" "library;libtandem-dev")
+foreach(pair ${packages})
+  string(REPLACE "=" ";" pair "${pair}")
   list(GET pair 0 component)
   list(GET pair 1 package)
   set(doc "${CMAKE_INSTALL_DATAROOTDIR}/doc/${package}")

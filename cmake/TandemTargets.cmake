@@ -25,6 +25,18 @@ macro(tandem_find_test_libraries)
   endif()
 endmacro()
 
+# tandem_find_python([REQUIRED]): the Python interpreter with its headers, NumPy and pybind11.
+macro(tandem_find_python)
+  find_package(Python 3.9 QUIET ${ARGN} COMPONENTS Interpreter Development.Module)
+  if(Python_FOUND)
+    find_package(pybind11 2.10 QUIET CONFIG ${ARGN})
+  endif()
+  set(python_FOUND FALSE)
+  if(Python_FOUND AND pybind11_FOUND)
+    set(python_FOUND TRUE)
+  endif()
+endmacro()
+
 # tandem_library(name [NO_INSTALL] [COLD] [SOURCES ...] [PUBLIC libs ...] [PRIVATE libs ...]): adds the target
 # tandem::<name>, an interface library if it has no sources. Headers are included by their path in the tree,
 # <tandem/problem/problem.hpp>, and need not be listed; tandem_install_headers() installs them. COLD: see tandem_cold.
@@ -112,6 +124,7 @@ function(tandem_print_summary)
     "TANDEM_HAS_IPOPT;Ipopt;no solver ipopt;coinor-libipopt-dev"
     "TANDEM_HAS_NLOPT;NLopt;no solver nlopt;libnlopt-dev libnlopt-cxx-dev"
     "TANDEM_HAS_MPI;MPI;studies run on one computer only;libopenmpi-dev"
+    "TANDEM_HAS_PYTHON;pybind11 and Python's headers;no Python package;pybind11-dev python3-dev python3-numpy"
     "TANDEM_HAS_TESTS;GoogleTest and Ceres;no tests;libgtest-dev libgmock-dev libceres-dev"
     "TANDEM_HAS_BENCHMARKS;Ceres and Google Benchmark;no target benchmarks;libceres-dev libbenchmark-dev"
   )

@@ -1,0 +1,64 @@
+#include "arrays.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace tandem::python {
+namespace {
+
+std::string tuple_text(const std::vector<py::ssize_t>& shape, bool many) {
+  std::string text = many ? "(n" : "(";
+  for (std::size_t i = 0; i < shape.size(); ++i) text += (i || many ? ", " : "") + std::to_string(shape[i]);
+  return text + (shape.size() + many == 1 ? ",)" : ")");
+}
+
+}  // namespace
+
+Numbers numbers(py::handle value, const std::string& what) {
+  if (py::isinstance<Numbers>(value)) return py::reinterpret_borrow<Numbers>(value);
+  const py::array any = py::array::ensure(value);
+  if (!any) {
+    PyErr_Clear();
+    throw py::value_error(what + ": expected numbers, not " + std::string(py::str(py::type::of(value))));
+  }
+  const char kind = any.dtype().kind();
+  if (kind == 'O')
+    throw py::value_error(what + ": expected numbers, not " +
+                          std::string(py::str(py::type::of(value).attr("__name__"))));
+  if (kind != 'f' && kind != 'i' && kind != 'u' && kind != 'b')
+    throw py::value_error(what + ": expected real numbers, not entries of type " + std::string(py::str(any.dtype())));
+  return py::array_t<double, py::array::c_style | py::array::forcecast>::ensure(any);
+}
+
+void reject_nan(const double* begin, std::size_t count, const std::string& what) {
+  if (std::any_of(begin, begin + count, [](double x) { return std::isnan(x); }))
+    throw py::value_error(what + ": the array contains NaN");
+}
+
+std::string shape_text(const py::array& array) {
+  return tuple_text({array.shape(), array.shape() + array.ndim()}, false);
+}
+
+std::string wanted_shapes(const std::vector<py::ssize_t>& element) {
+  return tuple_text(element, false) + " or " + tuple_text(element, true);
+}
+
+Batch batch(py::handle value, const std::vector<py::ssize_t>& element, const std::string& what) {
+  const Numbers array = numbers(value, what);
+  const auto rank = py::ssize_t(element.size());
+  const py::ssize_t more = array.ndim() - rank;
+  if ((more != 0 && more != 1) || !std::equal(element.begin(), element.end(), array.shape() + more))
+    throw py::value_error(what + ": expected an array of shape " + wanted_shapes(element) + ", not " +
+                          shape_text(array));
+  reject_nan(array.data(), std::size_t(array.size()), what);
+  return {array, more ? std::size_t(array.shape(0)) : 1, more == 0};
+}
+
+Numbers new_array(std::size_t count, bool single, const std::vector<py::ssize_t>& element) {
+  std::vector<py::ssize_t> shape;
+  if (!single) shape.push_back(py::ssize_t(count));
+  shape.insert(shape.end(), element.begin(), element.end());
+  return Numbers(shape);
+}
+
+}  // namespace tandem::python

@@ -1,0 +1,31 @@
+#include "bind_group.hpp"
+#include "noise.hpp"
+#include "problem_object.hpp"
+#include "python_error.hpp"
+#include "python_residual.hpp"
+#include "residual_family.hpp"
+#include "settings.hpp"
+
+PYBIND11_MODULE(_core, m) {
+  using namespace tandem::python;
+  m.doc() = "Compiled part of tandem: groups, residuals, problems and solvers.";
+  bind_errors(m);
+  bind_rotations(m);
+  bind_planar(m);
+  bind_poses(m);
+  bind_extended_poses(m);
+  bind_vectors(m);
+  bind_long_vectors(m);
+  bind_settings(m);
+  bind_noise(m);
+  bind_residual_class(m);
+  bind_measurements(m);
+  bind_sightings(m);
+  bind_motion(m);
+  bind_own_sensors(m);
+  bind_python_residual(m);
+  bind_variables(m);
+  bind_problem(m);
+  bind_marginals(m);
+  bind_fixed_lag(m);
+}

@@ -1,0 +1,323 @@
+#include <pybind11/eigen.h>
+#include <pybind11/stl.h>
+
+#include <tandem/problem/file/problem_file.hpp>
+
+#include "bind_group.hpp"
+#include "noise.hpp"
+#include "problem_object.hpp"
+#include "python_residual.hpp"
+#include "residual_family.hpp"
+
+namespace tandem::python {
+namespace {
+
+using Class = py::class_<PyProblem, std::shared_ptr<PyProblem>>;
+
+/// Adds one block, or one for each element of the arrays. add(i, x, type, object) adds block i.
+template <class Add>
+PyBlocks add_blocks(py::handle residual, const BlockVariables& x, bool hard, Add add) {
+  std::vector<VariableHandle> handles(x.states.size());
+  const auto variables = [&](std::size_t i) {
+    for (std::size_t s = 0; s < handles.size(); ++s) handles[s] = x.at(s, i);
+    return std::span<const VariableHandle>(handles);
+  };
+  if (py::isinstance<FamilyResidual>(residual)) {
+    const BoundResidual bound(residual.cast<const FamilyResidual&>(), x.groups);
+    const std::string& name = residual.cast<const FamilyResidual&>().family->name;
+    const std::size_t count = common_size(x.count, x.single, bound.count(), bound.single(), name);
+    const bool single = x.single && bound.single();
+    const detail::ResidualType& type = hard ? *bound.instance().hard : *bound.instance().soft;
+    PyBlocks blocks{{}, single};
+    blocks.blocks.reserve(count);
+    const auto prepared = add(bound.dim(), count, name);
+    for (std::size_t i = 0; i < count; ++i)
+      bound.make(i, [&](const void* object) { blocks.blocks.push_back(prepared(i, type, object, variables(i))); });
+    return blocks;
+  }
+  if (!py::isinstance<Callable>(residual))
+    throw py::type_error("expected a residual such as Prior(z), or one made by tandem.residual, not " +
+                         std::string(py::str(py::type::of(residual).attr("__name__"))));
+  const auto callable = residual.cast<std::shared_ptr<Callable>>();
+  const bool has_rows = py::len(callable->data) > 0 || callable->numbers_each > 0;
+  const std::size_t count = common_size(x.count, x.single, callable->count, !has_rows, callable->name);
+  const PythonResidualType type = python_residual_type(*callable, x.groups, hard);
+  PyBlocks blocks{{}, x.single && !has_rows};
+  const auto prepared = add(callable->dim, count, callable->name);
+  for (std::size_t i = 0; i < count; ++i) {
+    const PythonResidual object(callable, has_rows ? i : 0, &type.groups);
+    blocks.blocks.push_back(prepared(i, type.type, &object, variables(i)));
+  }
+  return blocks;
+}
+
+py::object add_variables(PyProblem& self, py::handle initial, const std::string& name) {
+  Problem& problem = self.change();
+  const Group* group = group_of(initial);
+  if (!group)
+    throw py::type_error("add: expected a group element such as SE3 or R3(vector), not " +
+                         std::string(py::str(py::type::of(initial).attr("__name__"))));
+  const VariableFunctions& functions = variable_functions(*group);
+  const auto [count, single] = group->count(initial);
+  if (single) return py::cast(PyVariable{functions.add(problem, group->element(initial, 0), name), group});
+  PyVariables variables{{}, group};
+  variables.handles.reserve(count);
+  for (std::size_t i = 0; i < count; ++i)
+    variables.handles.push_back(functions.add(problem, group->element(initial, i),
+                                              name.empty() ? std::string() : name + " " + std::to_string(i)));
+  return py::cast(std::move(variables));
+}
+
+py::object value_of(const PyProblem& self, py::handle x) {
+  const Problem& problem = self.read();
+  const BlockVariables variables = block_variables(x, "value");
+  if (variables.states.size() != 1) throw py::type_error("value: expected one variable or array of variables");
+  const VariableFunctions& functions = variable_functions(*variables.groups[0]);
+  std::vector<const void*> values;
+  for (const VariableHandle& handle : variables.states[0].handles) values.push_back(functions.value(problem, handle));
+  return variables.groups[0]->make(values.data(), values.size(), variables.single);
+}
+
+void set_value(PyProblem& self, py::handle x, py::handle value) {
+  Problem& problem = self.change();
+  const BlockVariables variables = block_variables(x, "set_value");
+  const Group* group = group_of(value);
+  if (variables.states.size() != 1 || group != variables.groups[0])
+    throw py::type_error("set_value: expected a value of " + variables.groups[0]->name);
+  const auto [count, single] = group->count(value);
+  if (!single && count != variables.count)
+    throw py::value_error("set_value: expected " + std::to_string(variables.count) + " values, not " +
+                          std::to_string(count));
+  for (std::size_t i = 0; i < variables.count; ++i)
+    variable_functions(*group).set_value(problem, variables.at(0, i), group->element(value, single ? 0 : i));
+}
+
+const Block& only(const PyBlocks& blocks, const char* function) {
+  if (blocks.blocks.size() != 1)
+    throw py::value_error(std::string(function) + ": expected one block, not " + std::to_string(blocks.blocks.size()));
+  return blocks.blocks[0];
+}
+
+/// Returns the free and fixed variables, and the blocks of each residual and role.
+py::dict statistics(const PyProblem& self) {
+  const Problem& problem = self.read();
+  py::dict types, groups;
+  for (const Block& block : problem.blocks()) {
+    const std::string name(block.residual);
+    types[py::str(name)] = (types.contains(name) ? types[py::str(name)].cast<int>() : 0) + 1;
+  }
+  for (const Group* group : python::groups())
+    if (const std::size_t n = variable_functions(*group).all(problem).size()) groups[py::str(group->name)] = n;
+  const Problem::Size size = problem.size();
+  return py::dict(py::arg("variables") = problem.num_variables(), py::arg("groups") = groups,
+                  py::arg("costs") = problem.num_soft_blocks(), py::arg("constraints") = problem.num_hard_blocks(),
+                  py::arg("residuals") = types, py::arg("unknowns") = size.unknowns,
+                  py::arg("equalities") = size.equalities, py::arg("inequalities") = size.inequalities);
+}
+
+py::list block_variables_of(const PyProblem& self) {
+  const Problem& problem = self.read();
+  py::list list;
+  for (const Block& block : problem.blocks()) list.append(problem.linearization(block).variable_ids);
+  return list;
+}
+
+void bind_blocks(py::module_& m) {
+  py::class_<PyBlocks> b(m, "Blocks", "Blocks of a problem, as returned by Problem.minimize and subject_to.");
+  b.def("__len__", [](const PyBlocks& blocks) { return blocks.blocks.size(); });
+  b.def("__getitem__", [](const PyBlocks& blocks, py::ssize_t i) {
+    const auto count = py::ssize_t(blocks.blocks.size());
+    if (i < -count || i >= count) throw py::index_error("the index is outside the blocks");
+    return PyBlocks{{blocks.blocks[std::size_t(i < 0 ? i + count : i)]}, true};
+  });
+  b.def("__repr__", [](const PyBlocks& blocks) {
+    const std::size_t n = blocks.blocks.size();
+    return "<" + std::to_string(n) + (n == 1 ? " block: " : " blocks: ") +
+           (n ? std::string(blocks.blocks[0].residual) : std::string("none")) + ">";
+  });
+}
+
+}  // namespace
+
+void bind_problem(py::module_& m) {
+  bind_blocks(m);
+  Class c(m, "Problem",
+          "Nonlinear least squares with hard constraints, over variables on Lie groups.\n\n"
+          ">>> import tandem\n>>> p = tandem.Problem()\n>>> x = p.add(tandem.R1([0.0]), 'x')\n"
+          ">>> cost = p.minimize(tandem.Prior(tandem.R1([2.0])), 1.0, x)\n"
+          ">>> bound = p.subject_to(tandem.Prior(tandem.R1([0.0])), tandem.at_most(1.5), x)\n"
+          ">>> p.solve().status\n'converged'\n>>> p.value(x).vector.round(6), p.multipliers(bound).round(6)\n"
+          "(array([1.5]), array([0.5]))\n");
+  c.def(py::init<>());
+  c.def(
+      "add", &add_variables, py::arg("initial"), py::arg("name") = "",
+      "add(initial, name='')\n\nAdd a variable, or one for each element of an array. Return a Variable or Variables.");
+  c.def("value", &value_of, py::arg("x"), "value(x)\n\nReturn the value of a variable, or the values of an array.");
+  c.def("set_value", &set_value, py::arg("x"), py::arg("value"), "set_value(x, value)\n\nReplace values.");
+  c.def(
+      "fix",
+      [](PyProblem& self, py::handle x, bool fixed) {
+        const BlockVariables variables = block_variables(x, "fix");
+        for (const auto& state : variables.states)
+          for (const VariableHandle& handle : state.handles) self.change().fix(handle, fixed);
+      },
+      py::arg("x"), py::arg("fixed") = true, "fix(x, fixed=True)\n\nHold variables at their values, or free them.");
+  c.def(
+      "minimize",
+      [](PyProblem& self, py::handle residual, py::handle noise, py::handle x, py::handle loss) {
+        Problem& problem = self.change();
+        const Loss rho = loss_of(loss);
+        return add_blocks(
+            residual, block_variables(x, "minimize"), false, [&](int dim, std::size_t count, const std::string& name) {
+              return [&, all = noises(noise, dim, count, name)](std::size_t i, const detail::ResidualType& type,
+                                                                const void* object,
+                                                                std::span<const VariableHandle> handles) {
+                return problem.minimize(type, object, handles, all[i], rho);
+              };
+            });
+      },
+      py::arg("residual"), py::arg("noise"), py::arg("x"), py::arg("loss") = py::none(),
+      "minimize(residual, noise, x, loss=None)\n\nAdd the cost rho(r' S^-1 r) / 2. `noise` is a Gaussian or standard "
+      "deviations; `x` one variable, or a list of variables and arrays of variables: one block for each element.");
+  c.def(
+      "subject_to",
+      [](PyProblem& self, py::handle residual, py::handle bounds, py::handle x) {
+        Problem& problem = self.change();
+        const PyBounds limits = bounds_of(bounds, "subject_to");
+        return add_blocks(
+            residual, block_variables(x, "subject_to"), true, [&](int dim, std::size_t, const std::string& name) {
+              return [&, lower = limits.expanded(limits.lower, dim, name),
+                      upper = limits.expanded(limits.upper, dim, name)](std::size_t, const detail::ResidualType& type,
+                                                                        const void* object,
+                                                                        std::span<const VariableHandle> handles) {
+                return problem.subject_to(type, object, handles, lower, upper);
+              };
+            });
+      },
+      py::arg("residual"), py::arg("bounds"), py::arg("x"),
+      "subject_to(residual, bounds, x)\n\nAdd the constraint lower <= r <= upper.");
+  c.def(
+      "remove",
+      [](PyProblem& self, py::handle what) {
+        if (py::isinstance<PyBlocks>(what)) {
+          for (const Block& block : what.cast<const PyBlocks&>().blocks) self.change().remove(block);
+          return;
+        }
+        for (const auto& state : block_variables(what, "remove").states)
+          for (const VariableHandle& handle : state.handles) self.change().remove(handle);
+      },
+      py::arg("what"), "remove(what)\n\nRemove blocks, or variables that no block reads.");
+  c.def(
+      "has",
+      [](const PyProblem& self, py::handle what) {
+        if (py::isinstance<PyBlocks>(what)) return self.read().has(only(what.cast<const PyBlocks&>(), "has"));
+        return self.read().has(block_variables(what, "has").at(0, 0));
+      },
+      py::arg("what"), "has(what)\n\nReturn whether a variable or block is in the problem.");
+  c.def(
+      "multipliers",
+      [](const PyProblem& self, const PyBlocks& blocks) -> py::object {
+        const Problem& problem = self.read();
+        if (blocks.single) return py::cast(problem.multipliers(only(blocks, "multipliers")));
+        const int dim = blocks.blocks.empty() ? 0 : int(problem.multipliers(blocks.blocks[0]).size());
+        Numbers result = new_array(blocks.blocks.size(), false, {dim});
+        double* to = result.mutable_data();
+        for (const Block& block : blocks.blocks) {
+          const Eigen::VectorXd y = problem.multipliers(block);
+          to = std::copy(y.begin(), y.end(), to);
+        }
+        return std::move(result);
+      },
+      py::arg("blocks"),
+      "multipliers(blocks)\n\nReturn the Lagrange multipliers of the rows: the decrease of the minimal cost per unit "
+      "by "
+      "which the active bound is raised.");
+  c.def(
+      "weight", [](const PyProblem& self, const PyBlocks& b) { return self.read().weight(only(b, "weight")); },
+      py::arg("block"), "weight(block)\n\nReturn the weight that the robust loss gives a cost.");
+  c.def(
+      "linearization",
+      [](const PyProblem& self, const PyBlocks& b) {
+        const Problem::Linearization at = self.read().linearization(only(b, "linearization"));
+        return py::make_tuple(at.residual, at.jacobian);
+      },
+      py::arg("block"), "linearization(block)\n\nReturn the rows and the Jacobian by all states side by side.");
+  c.def(
+      "copy",
+      [](const PyProblem& self) { return std::make_shared<PyProblem>(std::make_shared<Problem>(self.read().copy())); },
+      "copy()\n\nReturn an independent copy. Blocks are valid in both; see counterpart() for variables.");
+  c.def("__copy__", [](const PyProblem& self) {
+    return std::make_shared<PyProblem>(std::make_shared<Problem>(self.read().copy()));
+  });
+  c.def("__deepcopy__", [](const PyProblem& self, const py::dict&) {
+    return std::make_shared<PyProblem>(std::make_shared<Problem>(self.read().copy()));
+  });
+  c.def(
+      "counterpart",
+      [](const PyProblem& self, py::handle x) -> py::object {
+        if (py::isinstance<PyVariable>(x)) {
+          const auto& variable = x.cast<const PyVariable&>();
+          return py::cast(PyVariable{self.read().counterpart(Variable<R3>(variable.handle)), variable.group});
+        }
+        PyVariables result{{}, x.cast<const PyVariables&>().group};
+        for (const VariableHandle& handle : x.cast<const PyVariables&>().handles)
+          result.handles.push_back(self.read().counterpart(Variable<R3>(handle)));
+        return py::cast(std::move(result));
+      },
+      py::arg("x"), "counterpart(x)\n\nReturn the handle, in this problem, of a variable of a copy.");
+  c.def_property_readonly(
+      "variables",
+      [](const PyProblem& self) {
+        const Problem& problem = self.read();
+        std::vector<std::pair<long long, PyVariable>> all;
+        for (const Group* group : python::groups())
+          for (const VariableHandle& x : variable_functions(*group).all(problem))
+            all.emplace_back(problem.sequence_number(x.slot), PyVariable{x, group});
+        std::sort(all.begin(), all.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
+        py::list list;
+        for (const auto& [number, variable] : all) list.append(variable);
+        return list;
+      },
+      "All variables in the order in which they were added.");
+  c.def_property_readonly(
+      "blocks",
+      [](const PyProblem& self) {
+        py::list list;
+        for (const Block& block : self.read().blocks()) list.append(PyBlocks{{block}, true});
+        return list;
+      },
+      "All blocks, grouped by residual type and role.");
+  c.def(
+      "describe", [](const PyProblem& self, const PyBlocks& b) { return self.read().describe(only(b, "describe")); },
+      py::arg("block"), "describe(block)\n\nReturn the residual and its variables, for messages.");
+  c.def_property_readonly("statistics", &statistics, "Counts of variables, blocks, unknowns and constraints.");
+  c.def("_block_variables", &block_variables_of);
+  c.def(
+      "write",
+      [](const PyProblem& self, const py::object& path) {
+        write_problem(self.read(), py::str(py::module_::import("os").attr("fspath")(path)).cast<std::string>());
+      },
+      py::arg("path"), "write(path)\n\nWrite a problem file. Residuals of your own cannot be written.");
+  c.def_static(
+      "read",
+      [](const py::object& path) {
+        const std::string file = py::str(py::module_::import("os").attr("fspath")(path));
+        return std::make_shared<PyProblem>(std::make_shared<Problem>(read_problem(file)));
+      },
+      py::arg("path"), "read(path)\n\nRead a problem file.");
+  c.def(py::pickle([](const PyProblem& self) { return py::make_tuple(problem_text(self.read())); },
+                   [](const py::tuple& state) {
+                     return std::make_shared<PyProblem>(
+                         std::make_shared<Problem>(parse_problem(state[0].cast<std::string>(), "pickle")));
+                   }));
+  c.def("__repr__", [](const PyProblem& self) {
+    const Problem& problem = self.read();
+    const Problem::Size size = problem.size();
+    return "<Problem: " + std::to_string(problem.num_variables()) + " variables, " +
+           std::to_string(problem.num_soft_blocks()) + " costs, " + std::to_string(problem.num_hard_blocks()) +
+           " constraints, " + std::to_string(size.unknowns) + " unknowns>";
+  });
+  bind_solve(m, c);
+}
+
+}  // namespace tandem::python

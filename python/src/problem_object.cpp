@@ -1,0 +1,28 @@
+#include "problem_object.hpp"
+
+#include "python_error.hpp"
+
+namespace tandem::python {
+
+Problem& PyProblem::read() const {
+  if (solving_ && solver_.load() != std::this_thread::get_id())
+    raise("BusyError", "the problem is being solved by another thread; wait, or use a copy");
+  return *problem_;
+}
+
+Problem& PyProblem::change() {
+  if (solving_) raise("BusyError", "the problem is being solved and cannot be changed; wait, or change a copy");
+  return *problem_;
+}
+
+PyProblem::Solve::Solve(PyProblem& problem) : problem_(problem) {
+  if (problem.solving_.exchange(true)) raise("BusyError", "the problem is already being solved; solve a copy, or wait");
+  problem.solver_ = std::this_thread::get_id();
+}
+
+PyProblem::Solve::~Solve() {
+  problem_.solver_ = std::thread::id();
+  problem_.solving_ = false;
+}
+
+}  // namespace tandem::python

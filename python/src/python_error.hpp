@@ -1,0 +1,41 @@
+#pragma once
+
+#include <memory>
+#include <stdexcept>
+#include <string>
+
+#include <pybind11/pybind11.h>
+
+namespace tandem::python {
+
+namespace py = pybind11;
+
+/// An exception of a Python residual on its way through a solver. Threads without the interpreter's lock may copy and
+/// destroy it.
+class PythonError : public std::runtime_error {
+ public:
+  /// Takes the exception that is being handled. The caller holds the lock.
+  PythonError(const std::string& residual, const py::error_already_set& error)
+      : std::runtime_error(residual + ": the residual raised " + summary(error)),
+        error_(new py::error_already_set(error), [](py::error_already_set* e) {
+          const py::gil_scoped_acquire lock;
+          delete e;
+        }) {}
+
+  /// Raises tandem.ResidualError with the original exception as its cause. The caller holds the lock.
+  [[noreturn]] void raise() const;
+
+ private:
+  static std::string summary(const py::error_already_set& error);
+
+  std::shared_ptr<py::error_already_set> error_;
+};
+
+/// Returns a class of tandem.errors.
+py::object exception_class(const char* name);
+/// Raises an exception of tandem.errors.
+[[noreturn]] void raise(const char* name, const std::string& message);
+/// Converts C++ exceptions to those of tandem.errors.
+void bind_errors(py::module_& m);
+
+}  // namespace tandem::python

@@ -1,0 +1,48 @@
+#pragma once
+
+#include <tandem/problem/problem.hpp>
+
+#include "elements.hpp"
+
+namespace tandem::python {
+
+/// Functions for the variables of a group, without its C++ type.
+struct VariableFunctions {
+  VariableHandle (*add)(Problem& problem, const void* initial, std::string name);
+  const void* (*value)(const Problem& problem, const VariableHandle& x);
+  void (*set_value)(Problem& problem, const VariableHandle& x, const void* value);
+  std::vector<VariableHandle> (*all)(const Problem& problem);
+  const detail::GroupType* type;
+};
+const VariableFunctions& variable_functions(const Group& group);
+
+/// One variable of a problem.
+struct PyVariable {
+  VariableHandle handle;
+  const Group* group;
+};
+/// Variables of one group.
+struct PyVariables {
+  std::vector<VariableHandle> handles;
+  const Group* group;
+};
+
+/// Variables of n blocks that read `arity` states: state s of block i is at(s, i).
+struct BlockVariables {
+  struct State {
+    std::vector<VariableHandle> handles;
+    bool single;
+  };
+  std::vector<State> states;
+  std::vector<const Group*> groups;
+  std::size_t count = 1;
+  bool single = true;
+
+  const VariableHandle& at(std::size_t s, std::size_t i) const { return states[s].handles[states[s].single ? 0 : i]; }
+};
+/// Converts a variable, or a sequence of variables and arrays of variables. Throws ValueError if the lengths differ.
+BlockVariables block_variables(py::handle value, const std::string& what);
+
+void bind_variables(py::module_& m);
+
+}  // namespace tandem::python

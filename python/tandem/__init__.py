@@ -1,0 +1,42 @@
+"""Joint estimation of a vehicle and the moving target it observes, with hard constraints on Lie groups.
+
+Whole runs: estimate, navigate, calibrate, models, plan, rendezvous, run_study, Tracker. Their keyword arguments are the
+options of the command line. The library: groups (SO2, SE2, SO3, SE3, SE23, R1 … R12), Problem with residuals of the
+library and of your own, Marginals, FixedLag.
+
+Units are SI and radians. Tangent vectors put translation first; perturbations are on the right. Quaternions are
+Hamilton; their order is named at each use. docs/python.md is the guide.
+"""
+
+import numpy as _numpy
+
+from . import _build
+
+if int(_numpy.__version__.split(".")[0]) >= 2 and tuple(
+        int(part) for part in _build.PYBIND11_VERSION.split(".")[:2]) < (2, 12):
+    raise ImportError(f"this build of tandem uses pybind11 {_build.PYBIND11_VERSION}, which does not support NumPy "
+                      f"{_numpy.__version__}; install NumPy 1, or build tandem with pybind11 2.12 or newer")
+
+from ._commands import (calibrate, compare, estimate, models, navigate, plan, rendezvous, simulate, solve_file, study,
+                        track)
+from ._core import (R1, R2, R3, R4, R5, R6, R9, R12, SE2, SE3, SE23, SO2, SO3, Bearing, Blocks, Boundary, Bounds,
+                    Cauchy, Coasting, ConstantTwist, DampedTwist, Depth, DvlVelocity, FixedLag, Gaussian, GaussMarkov,
+                    GemanMcClure, Gps, Heading, Huber, Loss, Marginals, MixedVelocity, PreintegratedDvl, Prior, Problem,
+                    Range, RangeBearing, RelativePose, RelativeRotation, Residual, RollPitch, ScaledDvlVelocity,
+                    SolveSummary, StudentT, Tukey, UsblPosition, UsblSpherical, Variable, Variables,
+                    WhiteNoiseAcceleration, at_least, at_most, between, equal_to)
+from .errors import (BadInputError, BusyError, Error, IncompleteWarning, InfeasibleError, MisfitError,
+                     NotObservableError, NumericalError, ResidualError, StaleHandleError, Stopped,
+                     UndefinedResidualError)
+from .own import TwistComponents, compiled_residual, residual
+from .results import Estimate, FitReport, Navigation, Plan, Results, Summary, read_results
+from .scenario import Scenario, read_scenario
+from .tracker import Tracker
+from .trajectory import Trajectory
+from .studies import run_study
+from .vectors import Rn
+from . import _html, plot, testing
+
+setattr(Problem, "_repr_html_", lambda self: _html.problem(self))
+
+__version__ = _build.VERSION

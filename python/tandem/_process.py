@@ -1,0 +1,189 @@
+"""Runs a command of Tandem and builds its result from the files that it writes.
+
+Runs use the programs of the command line. Their numbers are thus the same, memory returns to the system after each run,
+and a crash or an interrupt leaves the interpreter intact.
+"""
+
+import json
+import os
+import pathlib
+import signal
+import subprocess
+import sys
+import tempfile
+import threading
+import warnings
+from typing import IO, Any, Dict, List, Mapping, Optional, Sequence, Tuple, Union
+
+from . import _build
+from ._options import PathLike, has_option, words
+from .errors import BadInputError, Error, IncompleteWarning, MisfitError
+from .scenario import Scenario
+
+ScenarioLike = Union[str, "os.PathLike[str]", Scenario]
+
+_SUCCESS, _INVALID, _INCOMPLETE, _MISFIT = 0, 1, 2, 3
+
+
+def program(command: str) -> str:
+    """Returns the path of the program of a command."""
+    folder = pathlib.Path(__file__).parent / _build.COMMANDS_FROM_PACKAGE
+    path = folder / f"tandem-{command}"
+    if not path.exists():
+        # The package of the build folder consists of links, so the folder of this file may be that of the sources.
+        path = pathlib.Path(_build.__file__).parent / _build.COMMANDS_FROM_PACKAGE / f"tandem-{command}"
+    if not path.exists():
+        raise Error(f"the program {path} is missing; build or install the command line of Tandem")
+    return os.path.realpath(path)
+
+
+class _Folder:
+    """Temporary folder that exists as long as this object."""
+
+    def __init__(self) -> None:
+        self._folder = tempfile.TemporaryDirectory(prefix="tandem-")
+        self.path = pathlib.Path(self._folder.name)
+
+
+def _message(text: str) -> str:
+    """Returns the last message of a program without its prefix."""
+    lines = [line for line in text.strip().splitlines() if line]
+    last = lines[-1] if lines else "no message"
+    return last[len("tandem: "):] if last.startswith("tandem: ") else last
+
+
+class _Bar:
+    """Progress of a run: a tqdm bar if tqdm is installed, else lines on standard error."""
+
+    def __init__(self, command: str) -> None:
+        self._bar: Any = None
+        try:
+            from tqdm.auto import tqdm  # type: ignore[import]
+            self._bar = tqdm(desc=command, bar_format="{desc} [{elapsed}]", leave=False)
+        except ImportError:
+            pass
+
+    def show(self, line: str) -> None:
+        if self._bar is not None:
+            self._bar.set_description_str(line)
+        else:
+            print(line, file=sys.stderr)
+
+    def close(self) -> None:
+        if self._bar is not None:
+            self._bar.close()
+
+
+def _read_stderr(stream: IO[bytes], lines: List[str], bar: Optional[_Bar]) -> None:
+    partial = b""
+    while chunk := os.read(stream.fileno(), 4096):
+        *complete, partial = (partial + chunk).replace(b"\r", b"\n").split(b"\n")
+        for line in complete:
+            text = line.decode("utf-8", "replace").strip()
+            if not text:
+                continue
+            lines.append(text)
+            if bar is not None:
+                bar.show(text)
+    if partial.strip():
+        lines.append(partial.decode("utf-8", "replace").strip())
+
+
+def execute(command: str, arguments: Sequence[str], progress: bool = False) -> Tuple[int, str, str]:
+    """Runs a program and returns its exit status, standard output and standard error.
+
+    An interrupt (Ctrl-C, or the stop button of a notebook) is passed to the program, which then ends with its best
+    result.
+    """
+    bar = _Bar(command) if progress else None
+    process = subprocess.Popen(
+        [program(command), *arguments], stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
+        start_new_session=True)
+    assert process.stdout is not None and process.stderr is not None
+    lines: List[str] = []
+    reader = threading.Thread(target=_read_stderr, args=(process.stderr, lines, bar), daemon=True)
+    reader.start()
+    interrupts = 0
+    output: List[bytes] = []
+    while True:
+        try:
+            output.append(process.stdout.read())
+            process.wait()
+            reader.join()
+            break
+        except KeyboardInterrupt:
+            interrupts += 1
+            if interrupts > 1:  # the second one does not wait for a result
+                process.kill()
+                process.wait()
+                raise
+            process.send_signal(signal.SIGINT)
+        except BaseException:
+            process.kill()
+            process.wait()
+            raise
+    process.stdout.close()
+    process.stderr.close()
+    if bar is not None:
+        bar.close()
+    return process.returncode, b"".join(output).decode("utf-8", "replace"), "\n".join(lines)
+
+
+def positional_words(values: Sequence[Any]) -> Tuple[List[str], List[Any]]:
+    """Returns the words of positional arguments, and objects that must live during the run."""
+    result: List[str] = []
+    keep: List[Any] = []
+    for value in values:
+        if isinstance(value, Scenario):
+            folder = value.folder()
+            keep.append(folder)
+            result.append(os.fspath(folder))
+        elif isinstance(value, (str, os.PathLike)):
+            if not os.fspath(value):
+                raise BadInputError("the path is empty; name a scenario folder or a built-in scenario")
+            result.append(os.fspath(value))
+        elif isinstance(value, int) and not isinstance(value, bool):
+            result.append(str(value))
+        else:
+            raise BadInputError(f"expected a path or a Scenario, not {type(value).__name__}")
+    return result, keep
+
+
+def run(result_type: Any, command: str, positional: Sequence[Any], options: Mapping[str, Any], progress: bool) -> Any:
+    """Runs a command and returns its result."""
+    arguments, keep = positional_words(positional)
+    chosen: Dict[str, Any] = dict(options)
+    temporary = None
+    if has_option(command, "out") and chosen.get("out") is None:
+        temporary = _Folder()
+        chosen["out"] = temporary.path / "run"
+    if command != "study" and "plots" in chosen and chosen["plots"] is None:
+        chosen["plots"] = "off"
+    if progress and has_option(command, "verbose"):
+        chosen["verbose"] = True
+    status, output, errors = execute(command, [*arguments, *words(command, chosen), "--json"], progress)
+    if status == _INVALID:
+        raise BadInputError(_message(errors))
+    if status not in (_SUCCESS, _INCOMPLETE, _MISFIT):
+        how = f"was ended by signal {-status}" if status < 0 else f"ended with status {status}"
+        raise Error(f"tandem {command} {how}: {_message(errors)}")
+    try:
+        summary = json.loads(output) if output.strip() else {}
+    except json.JSONDecodeError:
+        summary = {}
+    folder = pathlib.Path(chosen["out"]) if chosen.get("out") is not None else None
+    if status == _INCOMPLETE and not summary and (folder is None or not folder.exists()):
+        raise Error(_message(errors))
+    result = result_type._of_run(command, summary, folder, temporary)
+    if status == _INCOMPLETE:
+        result.incomplete = _message(errors)
+        warnings.warn(result.incomplete, IncompleteWarning, stacklevel=3)
+    elif status == _MISFIT:
+        error = MisfitError(_message(errors))
+        error.result = result
+        raise error
+    return result
+
+
+def path_of(value: PathLike) -> pathlib.Path:
+    return pathlib.Path(os.fspath(value))

@@ -1,0 +1,120 @@
+"""Residuals of your own."""
+
+import ctypes
+from typing import Any, Callable, Optional, Sequence
+
+import numpy as np
+
+from ._core import PythonResidual, _twist_components
+from .errors import BadInputError
+
+_JACOBIANS = ("given", "complex", "difference")
+
+
+def residual(function: Optional[Callable[..., Any]] = None, *, dim: int, jacobian: str = "difference",
+             batched: bool = False, data: Sequence[Any] = (), name: Optional[str] = None) -> Any:
+    """Makes a residual of a Python function, for Problem.minimize and subject_to. Also a decorator.
+
+    The function gets the states that the block reads, one argument each: arrays of shape (n,) for vectors (R1, …),
+    group elements such as SE3 otherwise. It returns the rows, shape (dim,).
+
+    Args:
+        function: the function, or an object that can be called.
+        dim: number of rows.
+        jacobian: "difference": central differences of right perturbations, step 1e-6. "complex": complex steps, exact
+            to rounding, only for vectors and functions that accept complex numbers. "given": the function accepts
+            `jacobians: bool` and returns rows, or (rows, [Jacobian of each state, shape (dim, dof)]).
+        batched: one call evaluates all blocks. States and rows then have one more axis in front: (n, dof), (n, dim),
+            and Jacobians (n, dim, dof); group elements are arrays.
+        data: arrays with one row for each block, for batched functions, which get them after the states.
+        name: name in messages.
+
+    Raise UndefinedResidualError where the residual is undefined; the solver then shortens the step. NaN has the same
+    effect. Another exception ends the solve and is the cause of a ResidualError. Functions are called by one thread at
+    a time, and hold the interpreter's lock.
+
+    >>> import tandem
+    >>> @tandem.residual(dim=1, jacobian="complex")
+    ... def circle(x):
+    ...     return x[0] ** 2 + x[1] ** 2
+    >>> p = tandem.Problem()
+    >>> x = p.add(tandem.R2([1.0, 0.5]), "x")
+    >>> a = p.minimize(tandem.Prior(tandem.R2([2.0, 0.0])), 1.0, x)
+    >>> b = p.subject_to(circle, tandem.equal_to(1.0), x)
+    >>> p.solve().status, p.value(x).vector.round(6)
+    ('converged', array([1., 0.]))
+    """
+    if function is None:
+        return lambda f: residual(f, dim=dim, jacobian=jacobian, batched=batched, data=data, name=name)
+    if not callable(function):
+        raise BadInputError(f"residual: expected a function, not {type(function).__name__}")
+    if jacobian not in _JACOBIANS:
+        raise BadInputError(f"residual: jacobian is one of {', '.join(_JACOBIANS)}, not {jacobian!r}")
+    if not isinstance(dim, (int, np.integer)) or dim < 1:
+        raise BadInputError(f"residual: dim is a positive number of rows, not {dim!r}")
+    arrays = tuple(np.asarray(d) for d in (data if isinstance(data, (tuple, list)) else (data,)))
+    if arrays and not batched:
+        raise BadInputError("residual: data need batched=True; without it, use a closure for each block")
+    counts = {len(a) if a.ndim else 0 for a in arrays}
+    if len(counts) > 1 or 0 in counts:
+        raise BadInputError("residual: the arrays of data must have one row for each block")
+    own_name = name or str(getattr(function, "__name__", type(function).__name__))
+    return PythonResidual(function=function, pointer=0, name=own_name, dim=int(dim),
+                          jacobian=jacobian, batched=bool(batched), data=arrays,
+                          count=counts.pop() if counts else 1, numbers=np.empty(0), owner=function)
+
+
+def compiled_residual(function: Any, *, dim: int, data: Any = None, name: Optional[str] = None) -> Any:
+    """Makes a residual of a compiled function: a numba cfunc, a ctypes function pointer, or an address.
+
+    The function is int f(const double* data, const double* x, double* r, double* J, int jacobians). `data` is a row of
+    the array `data`. `x` has the plain numbers of all states one after the other (the property `parameters` of the
+    groups). The function sets the rows r and, if `jacobians` is not 0, the Jacobians by right perturbations of all
+    states side by side, row by row: dim × (sum of the dofs); J is zero before. It returns 0, or another number where it is
+    undefined. Solvers call it from several threads at once, without the interpreter's lock.
+
+    Args:
+        function: the compiled function.
+        dim: number of rows.
+        data: array of shape (n, k) with one row for each block, or (k,) for all blocks.
+        name: name in messages.
+    """
+    address = getattr(function, "address", function)
+    if not isinstance(address, (int, np.integer)):
+        try:
+            address = ctypes.cast(function, ctypes.c_void_p).value
+        except (TypeError, ctypes.ArgumentError):
+            address = None
+    if not address:
+        raise BadInputError("compiled_residual: expected a numba cfunc, a ctypes function pointer or an address, not "
+                            f"{type(function).__name__}")
+    if not isinstance(dim, (int, np.integer)) or dim < 1:
+        raise BadInputError(f"compiled_residual: dim is a positive number of rows, not {dim!r}")
+    rows = np.empty((1, 0)) if data is None else np.ascontiguousarray(data, dtype=float)
+    if rows.ndim not in (1, 2) or np.isnan(rows).any():
+        raise BadInputError(f"compiled_residual: data have shape (k,) or (n, k) and no NaN, not {rows.shape}")
+    rows = np.atleast_2d(rows)
+    own_name = name or str(getattr(function, "__name__", "compiled"))
+    return PythonResidual(function=None, pointer=int(address), name=own_name, dim=int(dim),
+                          jacobian="given", batched=False, data=(), count=len(rows),
+                          numbers=rows.ravel(), owner=(function, rows))
+
+
+def TwistComponents(dt: Any, axes: str) -> Any:
+    """Components of the twist between two poses [m/s, rad/s].
+
+    Args:
+        dt: time between the poses [s].
+        axes: names separated by spaces, from surge, sway, heave, roll_rate, pitch_rate, yaw_rate. "sway heave" equal to
+            0 is the non-holonomic constraint of a vehicle that moves along its axis.
+    """
+    order = ("surge", "sway", "heave", "roll_rate", "pitch_rate", "yaw_rate")
+    words = axes.split()
+    for word in words:
+        if word not in order:
+            raise BadInputError(f"TwistComponents: the axes are {', '.join(order)}, not {word!r}")
+    key = tuple(a for a in order if a in words)
+    if key not in _twist_components:
+        known = "; ".join(" ".join(k) for k in _twist_components)
+        raise BadInputError(f"TwistComponents: the axes {axes!r} are not available together; use {known}")
+    return _twist_components[key](dt)

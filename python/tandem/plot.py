@@ -1,0 +1,154 @@
+"""Figures by matplotlib: sized for a journal column, distinguishable without colour vision.
+
+Each function draws on `ax`, or on a new figure of 3.5 in width, and returns the axes.
+"""
+
+from typing import Any, Dict, Optional, Sequence
+
+import numpy as np
+
+_BLUE, _ORANGE, _GREEN, _GREY = "#0072b2", "#d55e00", "#009e73", "#777777"
+
+
+def _axes(ax: Any, rows: int = 1, height: float = 2.4) -> Any:
+    if ax is not None:
+        return ax
+    try:
+        import matplotlib.pyplot as plt  # type: ignore[import]
+    except ImportError:
+        raise ImportError("tandem.plot needs matplotlib; install python3-matplotlib") from None
+    with plt.rc_context({"font.size": 8, "axes.linewidth": 0.6, "lines.linewidth": 1.0}):
+        _, axes = plt.subplots(rows, 1, figsize=(3.5, height), sharex=rows > 1, squeeze=False, constrained_layout=True)
+    for a in axes[:, 0]:
+        a.tick_params(labelsize=8)
+    return axes[0, 0] if rows == 1 else axes[:, 0]
+
+
+def trajectories(result: Any, ax: Any = None) -> Any:
+    """Draws the plan view of chaser and target, with their truth dashed in the same colours."""
+    ax = _axes(ax)
+    for name, colour in (("chaser", _BLUE), ("target", _ORANGE)):
+        trajectory = getattr(result, name, None)
+        if trajectory is None:
+            continue
+        ax.plot(*trajectory.positions[:, :2].T, color=colour, label=name)
+        truth = getattr(result, name + "_truth", None)
+        if truth is not None:
+            ax.plot(*truth.positions[:, :2].T, color=colour, linestyle="--", linewidth=0.8, label=f"{name}, truth")
+    ax.set_xlabel("x [m]", fontsize=8)
+    ax.set_ylabel("y [m]", fontsize=8)
+    ax.set_aspect("equal", adjustable="datalim")
+    ax.legend(fontsize=7, frameon=False)
+    return ax
+
+
+def errors(result: Any, columns: Sequence[str] = ("x_m", "y_m", "rz_deg"), ax: Any = None) -> Any:
+    """Draws errors over time in their 3σ bands. There is no band where nothing is estimated. Needs truth."""
+    table: Dict[str, np.ndarray] = result.errors
+    if not table:
+        raise ValueError("the run has no truth, so it has no errors")
+    axes = np.atleast_1d(_axes(ax, len(columns), 1.2 * len(columns)))
+    for a, column in zip(axes, columns):
+        error = table["error_" + column]
+        sigma = table.get("three_sigma_" + column)
+        if sigma is not None:
+            known = np.isfinite(sigma)
+            a.fill_between(table["t"], np.where(known, -sigma, np.nan), np.where(known, sigma, np.nan), color=_BLUE,
+                           alpha=0.2, linewidth=0, label="3σ")
+        a.plot(table["t"], error, color=_BLUE, linewidth=0.6)
+        name, _, unit = column.rpartition("_")
+        a.set_ylabel(f"{name} [{unit}]", fontsize=8)
+        scale = np.nanpercentile(np.abs(error), 99) if np.isfinite(error).any() else 1.0
+        a.set_ylim(-3 * scale - 1e-12, 3 * scale + 1e-12)
+    axes[-1].set_xlabel("time [s]", fontsize=8)
+    return axes
+
+
+def residuals(fit: Any, ax: Any = None) -> Any:
+    """Draws mean and standard deviation of the standardised residuals of each component; 0 and 1 are expected."""
+    ax = _axes(ax)
+    names, means, sigmas = [], [], []
+    for sensor, entry in fit["sensors"].items():
+        for component, values in entry["components"].items():
+            if values.get("sigma") is None:
+                continue
+            names.append(f"{sensor} {component}")
+            means.append(values["mean"])
+            sigmas.append(values["sigma"])
+    at = np.arange(len(names))
+    ax.axhspan(-1, 1, color=_GREY, alpha=0.15, linewidth=0)
+    ax.errorbar(at, means, yerr=sigmas, fmt="o", color=_BLUE, markersize=3, capsize=2, linewidth=0.8)
+    ax.set_xticks(at)
+    ax.set_xticklabels(names, rotation=60, ha="right", fontsize=7)
+    ax.set_ylabel("standardised residual", fontsize=8)
+    return ax
+
+
+def consistency(result: Any, ax: Any = None) -> Any:
+    """Draws the normalised estimation error squared (NEES) of the target's position, with its 95 % range."""
+    target, truth = result.target, result.target_truth
+    if truth is None:
+        raise ValueError("the run has no truth, so its consistency is unknown")
+    ax = _axes(ax)
+    inside = (target.t >= truth.t[0]) & (target.t <= truth.t[-1])
+    t = target.t[inside]
+    difference = truth.at(t).positions - target.positions[inside]
+    known = target.has_orientation[inside]
+    rotation = np.where(known[:, None, None], target.poses[inside][:, :3, :3], np.eye(3))
+    local = np.einsum("nji,nj->ni", rotation, difference)
+    covariance = target.covariances[inside][:, :3, :3]
+    nees = np.einsum("ni,ni->n", local, np.linalg.solve(covariance, local[:, :, None])[:, :, 0])
+    ax.semilogy(t, np.maximum(nees, 1e-3), ".", color=_BLUE, markersize=1.5)
+    ax.axhspan(0.216, 9.348, color=_GREY, alpha=0.2, linewidth=0, label="95 % of χ²(3)")
+    ax.set_xlabel("time [s]", fontsize=8)
+    ax.set_ylabel("NEES of the position", fontsize=8)
+    ax.legend(fontsize=7, frameon=False)
+    return ax
+
+
+def coverage(result: Any, ax: Any = None) -> Any:
+    """Draws when each sensor measured the target: one strip for each sensor."""
+    ax = _axes(ax, height=1.4)
+    table = result.table("target_fixes")
+    names = list(dict.fromkeys(table["sensor"]))
+    for row, name in enumerate(names):
+        t = table["t"][table["sensor"] == name]
+        ax.plot(t, np.full(len(t), row), "|", color=(_BLUE, _ORANGE, _GREEN)[row % 3], markersize=8)
+    ax.set_yticks(range(len(names)))
+    ax.set_yticklabels(names, fontsize=8)
+    ax.set_ylim(-0.6, len(names) - 0.4)
+    ax.set_xlabel("time [s]", fontsize=8)
+    return ax
+
+
+def sparsity(problem: Any, ax: Any = None) -> Any:
+    """Draws which variables occur together in a block: the sparsity of the Hessian."""
+    ax = _axes(ax, height=3.2)
+    pairs = {(a, b) for block in problem._block_variables() for a in block for b in block}
+    if pairs:
+        size = max(0.5, 100 / (1 + max(p[0] for p in pairs)))
+        ax.plot(*np.array(sorted(pairs)).T, "s", color=_BLUE, markersize=size)
+    ax.set_aspect("equal")
+    ax.invert_yaxis()
+    ax.set_xlabel("variable", fontsize=8)
+    ax.set_ylabel("variable", fontsize=8)
+    return ax
+
+
+def plan(result: Any, ax: Any = None) -> Any:
+    """Draws the plan view of a planned chaser and the predicted target."""
+    ax = _axes(ax)
+    ax.plot(*result.chaser.positions[:, :2].T, color=_BLUE, label="planned chaser")
+    ax.plot(*result.target.positions[:, :2].T, color=_ORANGE, label="predicted target")
+    ax.plot(*result.chaser.positions[0, :2], "o", color=_BLUE, markersize=4)
+    ax.set_xlabel("x [m]", fontsize=8)
+    ax.set_ylabel("y [m]", fontsize=8)
+    ax.set_aspect("equal", adjustable="datalim")
+    ax.legend(fontsize=7, frameon=False)
+    return ax
+
+
+def save(ax: Any, path: Any, dpi: Optional[int] = 300) -> None:
+    """Writes the figure of `ax` to a file, tightly cropped."""
+    first = np.atleast_1d(ax)[0]
+    first.figure.savefig(path, dpi=dpi, bbox_inches="tight")

@@ -1,0 +1,293 @@
+"""Results of runs."""
+
+import json
+import os
+import pathlib
+import shutil
+from typing import Any, Dict, Iterator, List, Mapping, Optional, Union
+
+import numpy as np
+
+from . import _html
+from ._table import read_table
+from .errors import BadInputError
+from .trajectory import Trajectory
+
+
+class Summary(Mapping[str, Any]):
+    """Summary of a run: the JSON document of the command, with its keys also as attributes."""
+
+    def __init__(self, values: Dict[str, Any], name: str = "summary") -> None:
+        self._values = values
+        self._name = name
+
+    def __getitem__(self, key: str) -> Any:
+        return self._values[key]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._values)
+
+    def __len__(self) -> int:
+        return len(self._values)
+
+    def __getattr__(self, key: str) -> Any:
+        if key.startswith("_"):
+            raise AttributeError(key)
+        try:
+            value = self._values[key]
+        except KeyError:
+            raise AttributeError(f"the {self._name} has no entry {key}; it has {', '.join(self._values)}") from None
+        return Summary(value, key) if isinstance(value, dict) else value
+
+    def __dir__(self) -> List[str]:
+        return [*super().__dir__(), *self._values]
+
+    def to_dict(self) -> Dict[str, Any]:
+        """Returns the JSON document as dictionaries."""
+        return self._values
+
+    def _scalars(self) -> List[Any]:
+        return [(k, v) for k, v in self._values.items() if not isinstance(v, (dict, list)) and k != "schema"]
+
+    def __repr__(self) -> str:
+        text = ", ".join(f"{k}={v!r}" for k, v in self._scalars())
+        return f"<{self._name}: {text[:160]}{'…' if len(text) > 160 else ''}>"
+
+    def _repr_html_(self) -> str:
+        return _html.table(self._scalars())
+
+
+class FitReport(Summary):
+    """Agreement of a solution with its data and the stated noise."""
+
+    def __init__(self, values: Dict[str, Any]) -> None:
+        super().__init__(values, "fit report")
+
+    @property
+    def consistent(self) -> bool:
+        """Whether the data fit the model."""
+        return bool(self["consistent"])
+
+    @property
+    def verdict(self) -> str:
+        """The verdict in one sentence."""
+        return str(self["verdict"])
+
+    def __repr__(self) -> str:
+        return f"<FitReport: {self.verdict}>"
+
+    def _repr_html_(self) -> str:
+        rows = []
+        for sensor, fit in self["sensors"].items():
+            for component, c in fit["components"].items():
+                rows.append((sensor, fit["used"], component, *(f"{c[k]:.2f}" if c.get(k) is not None else "–"
+                                                               for k in ("mean", "sigma", "correlation"))))
+        return f"<p>{_html.html.escape(self.verdict)}</p>" + _html.table(
+            rows, ("sensor", "used", "component", "mean", "σ", "lag-1 correlation"))
+
+
+class Results:
+    """Result of a run: the summary, and the files of its folder as tables.
+
+    Attributes:
+        command: the command that ran.
+        summary: its JSON document.
+        incomplete: why the run is incomplete, one sentence; empty if it is complete.
+    """
+
+    def __init__(self, command: str, summary: Dict[str, Any], folder: Optional[pathlib.Path]) -> None:
+        self.command = command
+        self.summary = Summary(summary)
+        self.incomplete = ""
+        self._folder = folder
+        self._temporary: Any = None
+        self._tables: Dict[str, Any] = {}
+
+    @classmethod
+    def _of_run(cls, command: str, summary: Dict[str, Any], folder: Optional[pathlib.Path], temporary: Any) -> Any:
+        result = cls(command, summary, folder)
+        result._temporary = temporary
+        return result
+
+    @property
+    def files(self) -> List[str]:
+        """Names of the result files."""
+        return sorted(p.name for p in self._folder.iterdir() if not p.name.startswith(".")) if self._folder else []
+
+    def table(self, name: str) -> Dict[str, np.ndarray]:
+        """Returns the columns of a CSV file by name; `name` is with or without ".csv"."""
+        if name not in self._tables:
+            file = name if name.endswith(".csv") else name + ".csv"
+            if self._folder is None or file not in self.files:
+                known = ", ".join(f for f in self.files if f.endswith(".csv"))
+                raise BadInputError(f"the run has no table {file}; it has {known or 'none'}")
+            self._tables[name] = read_table(self._folder / file)
+        return dict(self._tables[name])
+
+    def save(self, folder: "Union[str, os.PathLike[str]]") -> None:
+        """Copies the files of the run to a folder, which read_results() reads. The folder must be new or empty."""
+        to = pathlib.Path(folder)
+        if to.exists() and any(to.iterdir()):
+            raise BadInputError(f"{to} is not empty; name a new folder")
+        to.mkdir(parents=True, exist_ok=True)
+        if self._folder is not None:
+            shutil.copytree(self._folder, to, dirs_exist_ok=True)
+        if not (to / "summary.json").exists():
+            (to / "summary.json").write_text(json.dumps(self.summary.to_dict(), indent=2), encoding="utf-8")
+
+    @property
+    def converged(self) -> bool:
+        """Whether the run is complete."""
+        return not self.incomplete
+
+    def __repr__(self) -> str:
+        name = self.summary.get("scenario", "")
+        return f"<{self.command} of {name}: {self.incomplete or self.summary.get('message') or 'complete'}>"
+
+    def __getstate__(self) -> Dict[str, Any]:
+        files = {} if self._folder is None else {f: (self._folder / f).read_bytes() for f in self.files
+                                                 if (self._folder / f).is_file()}
+        return {"command": self.command, "summary": self.summary.to_dict(), "incomplete": self.incomplete,
+                "files": files}
+
+    def __setstate__(self, state: Dict[str, Any]) -> None:
+        from ._process import _Folder
+        temporary = _Folder()
+        for name, content in state["files"].items():
+            (temporary.path / name).write_bytes(content)
+        self.__init__(state["command"], state["summary"], temporary.path)  # type: ignore[misc]
+        self.incomplete = state["incomplete"]
+        self._temporary = temporary
+
+
+class _Trajectories(Results):
+    def _trajectory(self, name: str) -> Optional[Trajectory]:
+        key = "trajectory " + name
+        if key not in self._tables:
+            found = None
+            for file in (f"{name}_full.csv", f"{name}.tum"):
+                if self._folder is not None and (self._folder / file).exists():
+                    found = Trajectory.read(self._folder / file, name)
+                    break
+            self._tables[key] = found
+        return self._tables[key]  # type: ignore[no-any-return]
+
+    def _required(self, name: str) -> Trajectory:
+        trajectory = self._trajectory(name)
+        if trajectory is None:
+            raise BadInputError(f"the run has no trajectory of the {name}")
+        return trajectory
+
+    @property
+    def chaser(self) -> Trajectory:
+        """Estimated trajectory of the chaser."""
+        return self._required("chaser")
+
+    @property
+    def chaser_truth(self) -> Optional[Trajectory]:
+        """True trajectory of the chaser, or None without truth."""
+        return self._trajectory("chaser_truth")
+
+    @property
+    def errors(self) -> Dict[str, np.ndarray]:
+        """Errors with respect to the truth and 3σ bounds, by column of errors.csv; empty without truth."""
+        return self.table("errors") if "errors.csv" in self.files else {}
+
+    @property
+    def fit(self) -> Optional[FitReport]:
+        """Fit report, or None if the run has none."""
+        return FitReport(self.summary["fit"]) if "fit" in self.summary else None
+
+
+class Navigation(_Trajectories):
+    """Result of navigate()."""
+
+    def _repr_html_(self) -> str:
+        return _html.plan_view([self.chaser], repr(self))
+
+
+class Estimate(_Trajectories):
+    """Result of estimate(): trajectories of chaser and target."""
+
+    @property
+    def target(self) -> Trajectory:
+        """Estimated trajectory of the target."""
+        return self._required("target")
+
+    @property
+    def target_truth(self) -> Optional[Trajectory]:
+        """True trajectory of the target, or None without truth."""
+        return self._trajectory("target_truth")
+
+    @property
+    def relative(self) -> Trajectory:
+        """The target in the chaser's body frame, T_chaser_target, at the times of the target. Without covariances."""
+        chaser, target = self.chaser.at(self.target.t), self.target
+        known = target.has_orientation
+        positions = np.empty_like(target.positions)
+        quaternions = np.full_like(target.quaternions, np.nan)
+        to_body = chaser.se3.inverse()
+        positions[:] = to_body.act(target.positions)
+        if np.any(known):
+            rotation = to_body.rotation.matrix()[known] @ target.poses[known, :3, :3]
+            from ._core import SO3
+            quaternions[known] = SO3(rotation).quaternion(order="xyzw")
+        return Trajectory(target.t, positions, quaternions, name="relative")
+
+    @property
+    def weights(self) -> Dict[str, np.ndarray]:
+        """Robust weights of the measurements, by column of weights.csv."""
+        return self.table("weights")
+
+    def _repr_html_(self) -> str:
+        return _html.plan_view([self.chaser, self.target], repr(self))
+
+
+class Plan(Results):
+    """Result of plan(): the planned motion of the chaser and the predicted target."""
+
+    @property
+    def chaser(self) -> Trajectory:
+        """Planned trajectory of the chaser."""
+        return Trajectory._of_columns(self.table("planned_chaser"), "planned chaser")
+
+    @property
+    def target(self) -> Trajectory:
+        """Predicted trajectory of the target."""
+        return Trajectory._of_columns(self.table("predicted_target"), "predicted target")
+
+    @property
+    def commands(self) -> Dict[str, np.ndarray]:
+        """Commands of the actuators over time, by column of commands.csv."""
+        return self.table("commands")
+
+    def _repr_html_(self) -> str:
+        return _html.plan_view([self.chaser, self.target], repr(self))
+
+
+def read_results(folder: "Union[str, os.PathLike[str]]") -> Any:
+    """Returns the result of a run from its output folder: the same object as the run returned.
+
+    >>> import tandem, tempfile, pathlib
+    >>> folder = pathlib.Path(tempfile.mkdtemp()) / "run"
+    >>> result = tandem.estimate("docking_a", out=folder)
+    >>> tandem.read_results(folder).summary.cost == result.summary.cost
+    True
+    """
+    path = pathlib.Path(folder)
+    try:
+        summary = json.loads((path / "summary.json").read_text(encoding="utf-8")) if (
+            path / "summary.json").exists() else {}
+    except ValueError as error:
+        raise BadInputError(f"{path / 'summary.json'}: invalid JSON: {error}") from None
+    if not path.is_dir() or (not summary and not (path / "run.yaml").exists()):
+        raise BadInputError(f"{path} is not the output folder of a run; it has neither summary.json nor run.yaml")
+    command = str(summary.get("schema", "")).partition("/")[0].rpartition(".")[2]
+    if not command and (path / "run.yaml").exists():
+        from ._core import parse_yaml
+        command = str(parse_yaml((path / "run.yaml").read_text(encoding="utf-8"), str(path / "run.yaml"))["command"])
+    kind = {"estimate": Estimate, "navigate": Navigation, "plan": Plan, "track": Estimate}.get(command, Results)
+    result = kind(command, summary, path)
+    if summary.get("status", "converged") != "converged":
+        result.incomplete = str(summary.get("message", summary["status"]))
+    return result

@@ -1,0 +1,137 @@
+"""Online tracking, line by line."""
+
+import json
+import subprocess
+import threading
+from typing import Any, Dict, List
+
+import numpy as np
+
+from ._options import words
+from ._process import ScenarioLike, _message, positional_words, program
+from .errors import BadInputError, Error
+
+
+class Tracker:
+    """Tracks chaser and target online over a sliding window.
+
+    The tracker runs `tandem track` with options of the same names. It gets lines in the order of arrival and returns an
+    update for each new state: a dictionary with the keys of `tandem track --json-lines` (docs/file_formats.md).
+
+    Args:
+        scenario: settings of the sensors and noise; its data are not read.
+        options: options of `tandem track`, for example window=30.
+
+    >>> import tandem
+    >>> s = tandem.read_scenario("docking_a")
+    >>> with tandem.Tracker(s) as tracker:
+    ...     for t, p, q in zip(s.odometry.t[:50], s.odometry.positions, s.odometry.quaternions):
+    ...         tracker.add("odometry", t, *p, *q)
+    ...     tracker.add_rows("usbl", s.measurements["usbl"][:1])
+    ...     updates = tracker.finish()
+    >>> updates[-1]["converged"]
+    True
+    """
+
+    def __init__(self, scenario: ScenarioLike, **options: Any) -> None:
+        arguments, self._keep = positional_words([scenario])
+        chosen = {name.replace("_", "-"): value for name, value in options.items()}
+        reserved = {"out", "json", "quiet", "json-lines", "stdin", "realtime", "config", "print-config"}
+        from ._options import _declared
+        for name in chosen:
+            if name not in _declared["track"] or name in reserved:
+                raise BadInputError(f"Tracker: unknown option {name.replace('-', '_')}; see help(tandem.track)")
+        self._process = subprocess.Popen(
+            [program("track"), *arguments, *words("track", chosen), "--stdin", "--json-lines"], stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, bufsize=1, start_new_session=True)
+        self._updates: List[Dict[str, Any]] = []
+        self._errors: List[str] = []
+        self._lock = threading.Lock()
+        self._readers = [threading.Thread(target=self._read, daemon=True),
+                         threading.Thread(target=self._read_errors, daemon=True)]
+        for reader in self._readers:
+            reader.start()
+
+    def _read(self) -> None:
+        assert self._process.stdout is not None
+        for line in self._process.stdout:
+            try:
+                update = json.loads(line)
+            except ValueError:
+                continue
+            with self._lock:
+                self._updates.append(update)
+
+    def _read_errors(self) -> None:
+        assert self._process.stderr is not None
+        for line in self._process.stderr:
+            self._errors.append(line.rstrip("\n"))
+
+    def _send(self, text: str) -> None:
+        assert self._process.stdin is not None
+        try:
+            self._process.stdin.write(text)
+        except (BrokenPipeError, ValueError):
+            self._fail()
+
+    def _fail(self) -> None:
+        self._process.wait()
+        self._readers[1].join()
+        raise Error("the tracker has ended: " + _message("\n".join(self._errors)))
+
+    def add(self, sensor: str, t: float, *values: float) -> None:
+        """Adds one measurement: the name of a sensor, or "odometry", the time and the values of its CSV columns."""
+        self.add_rows(sensor, [[t, *values]])
+
+    def add_rows(self, sensor: str, rows: Any) -> None:
+        """Adds measurements, one in each row: time and values, shape (n, columns)."""
+        array = np.array(rows, dtype=float, ndmin=2)
+        if np.isnan(array).any():
+            raise BadInputError(f"{sensor}: a row contains NaN")
+        if not sensor or any(c in sensor for c in ",\n\r"):
+            raise BadInputError(f"{sensor!r} is not the name of a sensor")
+        self._send("".join(sensor + "," + ",".join(repr(float(v)) for v in row) + "\n" for row in array))
+
+    def updates(self) -> List[Dict[str, Any]]:
+        """Returns the updates that have arrived since the last call. Does not wait."""
+        with self._lock:
+            result, self._updates = self._updates, []
+        return result
+
+    def finish(self) -> List[Dict[str, Any]]:
+        """Ends the data, and returns all updates that have not been returned yet."""
+        if self._process.stdin is not None and not self._process.stdin.closed:
+            try:
+                self._process.stdin.close()
+            except BrokenPipeError:
+                pass
+        self._process.wait()
+        for reader in self._readers:
+            reader.join()
+        for stream in (self._process.stdout, self._process.stderr):
+            if stream is not None:
+                stream.close()
+        if self._process.returncode == 1:
+            raise BadInputError(_message("\n".join(self._errors)))
+        return self.updates()
+
+    def close(self) -> None:
+        """Ends the tracker without waiting for its results."""
+        if self._process.poll() is None:
+            self._process.kill()
+            self._process.wait()
+        for stream in (self._process.stdin, self._process.stdout, self._process.stderr):
+            if stream is not None and not stream.closed:
+                try:
+                    stream.close()
+                except BrokenPipeError:
+                    pass
+
+    def __enter__(self) -> "Tracker":
+        return self
+
+    def __exit__(self, *_: Any) -> None:
+        self.close()
+
+    def __repr__(self) -> str:
+        return f"<Tracker: {'running' if self._process.poll() is None else 'ended'}>"

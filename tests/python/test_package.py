@@ -1,0 +1,113 @@
+"""The package: docstrings, stubs, figures and notebooks."""
+
+import doctest
+import importlib
+import json
+import os
+import pathlib
+import pkgutil
+import subprocess
+import sys
+import time
+
+import pytest
+
+import tandem
+
+EXAMPLES = pathlib.Path(__file__).resolve().parents[2] / "examples" / "python"
+
+
+def modules():
+    names = [m.name for m in pkgutil.iter_modules(tandem.__path__) if m.name != "_core"]
+    return [tandem] + [importlib.import_module("tandem." + name) for name in names]
+
+
+@pytest.mark.parametrize("module", modules(), ids=lambda m: m.__name__)
+def test_examples_in_docstrings(module):
+    failures, _ = doctest.testmod(module, extraglobs={}, optionflags=doctest.NORMALIZE_WHITESPACE)
+    assert failures == 0
+
+
+def test_examples_in_docstrings_of_the_compiled_module():
+    import numpy as np
+    from tandem import _core
+    runner = doctest.DocTestRunner(optionflags=doctest.NORMALIZE_WHITESPACE)
+    parser = doctest.DocTestParser()
+    found = 0
+    for name, thing in vars(_core).items():
+        test = parser.get_doctest(getattr(thing, "__doc__", None) or "", {"np": np, "tandem": tandem}, name, None, 0)
+        found += bool(test.examples)
+        runner.run(test)
+    assert found >= 8 and runner.failures == 0
+
+
+def test_public_names_have_docstrings():
+    for name in dir(tandem):
+        thing = getattr(tandem, name)
+        if not name.startswith("_") and not isinstance(thing, type(sys)) and callable(thing):
+            assert thing.__doc__, name
+
+
+def test_stubs_agree_with_the_package():
+    pytest.importorskip("mypy")
+    output = subprocess.run([sys.executable, "-m", "mypy.stubtest", "tandem._core", "--concise"],
+                            capture_output=True, text=True)
+    # Stubs cannot express the metaclass of pybind11's classes.
+    errors = [line for line in output.stdout.splitlines() if not line.endswith("metaclass differs")]
+    assert not errors, "\n".join(errors)
+
+
+def test_types_of_the_package():
+    pytest.importorskip("mypy")
+    output = subprocess.run([sys.executable, "-m", "mypy", "-p", "tandem"], capture_output=True, text=True)
+    assert output.returncode == 0, output.stdout[-3000:]
+
+
+def test_figures(docking, tmp_path):
+    matplotlib = pytest.importorskip("matplotlib")
+    matplotlib.use("Agg")
+    plan = tandem.plan("docking_a", at=600)
+    p = tandem.Problem()
+    x = p.add(tandem.R1([[0.0], [1.0]]), "x")
+    p.minimize(tandem.RelativePose(tandem.R1([1.0])), 1.0, [x[0], x[1]])
+    for name, ax in {"trajectories": tandem.plot.trajectories(docking), "errors": tandem.plot.errors(docking),
+                     "residuals": tandem.plot.residuals(docking.fit), "consistency": tandem.plot.consistency(docking),
+                     "coverage": tandem.plot.coverage(docking), "sparsity": tandem.plot.sparsity(p),
+                     "plan": tandem.plot.plan(plan)}.items():
+        tandem.plot.save(ax, tmp_path / f"{name}.png", dpi=50)
+        assert (tmp_path / f"{name}.png").stat().st_size > 1000
+
+
+def test_import_is_fast():
+    def seconds(code):
+        times = []
+        for _ in range(5):
+            start = os.times().children_user + os.times().children_system
+            subprocess.run([sys.executable, "-c", code], check=True)
+            times.append(os.times().children_user + os.times().children_system - start)
+        return min(times)
+
+    assert seconds("import tandem") < 0.3 + seconds("pass")
+
+
+def test_memory_of_many_runs_is_flat():
+    import resource
+    for _ in range(3):
+        tandem.estimate("docking_a", max_keyframes=20)
+    before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    for _ in range(30):
+        tandem.estimate("docking_a", max_keyframes=20)
+    assert resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before < 4096  # kB
+
+
+@pytest.mark.parametrize("notebook", sorted(EXAMPLES.glob("*.ipynb")), ids=lambda p: p.stem)
+def test_notebooks(notebook, tmp_path):
+    pytest.importorskip("nbconvert")
+    pytest.importorskip("ipykernel")
+    output = subprocess.run(
+        [sys.executable, "-m", "nbconvert", "--to", "notebook", "--execute", "--output-dir", tmp_path, notebook],
+        capture_output=True, text=True, env={**os.environ, "JUPYTER_DATA_DIR": str(tmp_path / "jupyter"), "MPLBACKEND": "Agg",
+                                             "IPYTHONDIR": str(tmp_path / "ipython")})
+    assert output.returncode == 0, output.stderr[-3000:]
+    cells = json.loads((tmp_path / notebook.name).read_text())["cells"]
+    assert any(cell.get("outputs") for cell in cells)

@@ -1,0 +1,358 @@
+"""Problems: variables, blocks, solvers, covariances, files and misuse."""
+
+import copy
+import pickle
+import threading
+import time
+
+import numpy as np
+import pytest
+
+import tandem
+from tandem import R1, R2, R3, SE2, SE3
+
+
+def chain(n=20, seed=1):
+    """A pose chain with odometry and noisy positions: problem, variables, blocks of the odometry."""
+    rng = np.random.default_rng(seed)
+    p = tandem.Problem()
+    steps = SE3.exp(np.tile([1.0, 0, 0, 0, 0, 0.1], (n - 1, 1)))
+    truth = [SE3()]
+    for i in range(n - 1):
+        truth.append(truth[-1] @ steps[i])
+    truth = SE3.stack(truth)
+    x = p.add(truth.plus(rng.normal(scale=0.1, size=(n, 6))), "x")
+    p.minimize(tandem.Prior(truth[0]), 1e-3, x[0])
+    odometry = p.minimize(tandem.RelativePose(steps), [0.1, 0.1, 0.1, 0.01, 0.01, 0.01], [x[:-1], x[1:]])
+    return p, x, odometry, truth
+
+
+def test_chain_is_solved():
+    p, x, odometry, truth = chain()
+    summary = p.solve()
+    assert summary.converged and summary.cost < 1e-12
+    assert np.allclose(p.value(x).minus(truth), 0, atol=1e-6)
+    assert len(odometry) == 19 and "<" in repr(odometry)
+
+
+def test_single_calls_equal_one_call_with_arrays():
+    p, x, _, truth = chain()
+    q = tandem.Problem()
+    y = [q.add(v, f"x {i}") for i, v in enumerate(p.value(x))]
+    q.minimize(tandem.Prior(truth[0]), 1e-3, y[0])
+    for i in range(19):
+        step = tandem.RelativePose(truth[i].inverse() @ truth[i + 1])
+        q.minimize(step, [0.1, 0.1, 0.1, 0.01, 0.01, 0.01], [y[i], y[i + 1]])
+    assert p.solve().cost == pytest.approx(q.solve().cost, abs=1e-12)
+    assert np.allclose(p.value(x)[7].minus(q.value(y[7])), 0, atol=1e-9)
+
+
+def test_hard_constraint_and_multiplier():
+    p = tandem.Problem()
+    x = p.add(R2([0.0, 0.0]), "x")
+    p.minimize(tandem.Prior(R2([2.0, 1.0])), 1.0, x)
+    bound = p.subject_to(tandem.Prior(R2([0.0, 0.0])), ([-np.inf, -np.inf], [1.5, np.inf]), x)
+    for solver in ("auto", "augmented-lagrangian", "ipopt"):
+        q = p.copy()
+        y = q.counterpart(x)
+        summary = q.solve(solver)
+        if summary.status == "unsupported":
+            continue
+        assert summary.converged
+        assert np.allclose(q.value(y).vector, [1.5, 1.0], atol=1e-6)
+        assert np.allclose(q.multipliers(bound), [0.5, 0], atol=1e-6)
+
+
+def test_non_holonomic_motion():
+    p, x, _, _ = chain()
+    p.subject_to(tandem.TwistComponents(1.0, "sway heave"), tandem.equal_to(0), [x[:-1], x[1:]])
+    assert p.solve().converged
+    twist = p.value(x)[1:].minus(p.value(x)[:-1])
+    assert np.abs(twist[:, 1:3]).max() < 1e-8
+
+
+def test_infeasible_problems_name_the_constraint():
+    p = tandem.Problem()
+    x = p.add(R1([0.0]), "x")
+    p.minimize(tandem.Prior(R1([0.0])), 1.0, x)
+    p.subject_to(tandem.Prior(R1([0.0])), tandem.at_least(1.0), x)
+    p.subject_to(tandem.Prior(R1([0.0])), tandem.at_most(-1.0), x)
+    summary = p.solve()
+    assert not summary.converged
+    with pytest.raises(tandem.NumericalError) as error:
+        summary.require_converged()
+    if summary.status == "infeasible":
+        assert isinstance(error.value, tandem.InfeasibleError) and "x" in error.value.constraints[0]
+
+
+def test_robust_losses():
+    p = tandem.Problem()
+    x = p.add(R1([0.0]), "x")
+    for z in (0.0, 0.1, -0.1, 100.0):
+        last = p.minimize(tandem.Prior(R1([z])), 1.0, x, loss=tandem.GemanMcClure(1.0))
+    p.solve(graduated=True)
+    assert abs(p.value(x).vector[0]) < 0.1 and p.weight(last) < 1e-3
+
+
+def test_marginals():
+    p, x, _, _ = chain()
+    p.solve()
+    marginals = tandem.Marginals(p)
+    S = marginals.covariance(x)
+    assert S.shape == (20, 6, 6) and np.all(np.diff(np.trace(S, axis1=1, axis2=2)) > 0)
+    joint = marginals.joint([x[3], x[4]])
+    assert joint.shape == (12, 12) and np.allclose(joint[:6, :6], S[3])
+
+
+def test_unobservable_directions_have_readable_names():
+    p = tandem.Problem()
+    x = p.add(SE2(0.0, [0.0, 0.0]), "ship")
+    y = p.add(R2([1.0, 0.0]), "buoy")
+    p.minimize(tandem.Range(1.0), 0.1, [x, y])
+    p.minimize(tandem.Prior(R2([1.0, 0.0])), 0.1, y)
+    p.solve()
+    with pytest.raises(tandem.NotObservableError) as error:
+        tandem.Marginals(p).require_regular()
+    assert error.value.state == "ship" and error.value.direction
+
+
+def test_copies_are_independent():
+    p, x, _, _ = chain()
+    for q in (p.copy(), copy.copy(p), copy.deepcopy(p)):
+        q.solve()
+        assert not np.allclose(q.value(q.counterpart(x)).minus(p.value(x)), 0)
+        with pytest.raises(tandem.StaleHandleError, match="x 0"):
+            q.value(x)
+
+
+def test_pickled_and_written_problems_are_complete(tmp_path):
+    p, x, _, _ = chain()
+    p.subject_to(tandem.TwistComponents(1.0, "sway heave"), tandem.equal_to(0), [x[:-1], x[1:]])
+    p.write(tmp_path / "problem.json")
+    for q in (pickle.loads(pickle.dumps(p)), tandem.Problem.read(tmp_path / "problem.json")):
+        assert q.statistics == p.statistics and q.statistics["costs"] == 20
+        assert q.solve().cost == p.copy().solve().cost
+
+
+def test_problem_of_the_command_line_is_read(tmp_path):
+    tandem.estimate("docking_a", max_keyframes=60, write_problem=tmp_path / "problem.json")
+    p = tandem.Problem.read(tmp_path / "problem.json")
+    assert p.solve().converged
+
+
+def test_handles_of_other_problems_and_removed_variables_are_stale():
+    p, x, blocks, _ = chain()
+    q = tandem.Problem()
+    for call in (lambda: q.value(x), lambda: q.minimize(tandem.Prior(SE3()), 1.0, x[0]), lambda: q.fix(x[0]),
+                 lambda: q.multipliers(blocks[0]), lambda: q.remove(blocks[0]), lambda: q.remove(x[0])):
+        with pytest.raises(tandem.StaleHandleError):
+            call()
+    extra = p.add(R1([0.0]), "extra")
+    p.remove(extra)
+    with pytest.raises(tandem.StaleHandleError, match="extra"):
+        p.value(extra)
+
+
+def test_handles_outlive_their_problem():
+    p, x, blocks, _ = chain()
+    del p
+    assert repr(x[0]) and repr(blocks)
+    with pytest.raises(tandem.StaleHandleError):
+        tandem.Problem().value(x[0])
+
+
+def test_fixed_lag():
+    lag = tandem.FixedLag(window=3.0)
+    previous = None
+    for k in range(10):
+        x = lag.add(float(k), R1([0.0]), f"x{k}")
+        lag.problem.minimize(tandem.Prior(R1([float(k)])), 1.0, x)
+        if previous is not None:
+            lag.problem.minimize(tandem.RelativePose(R1([1.0])), 0.1, [previous, x])
+        assert lag.update().converged
+        previous = x
+    assert lag.problem.value(previous).vector[0] == pytest.approx(9.0)
+    assert lag.oldest >= 5.0 and lag.covariance(previous)[0, 0] < 1.0
+    with pytest.raises(tandem.BadInputError):
+        lag.add(0.0, R1([0.0]))
+
+
+@pytest.mark.parametrize("call", [
+    lambda p, x: p.minimize(tandem.Prior(R1([0.0])), None, x),
+    lambda p, x: p.minimize(None, 1.0, x),
+    lambda p, x: p.minimize(tandem.Prior(R1([0.0])), 1.0, None),
+    lambda p, x: p.subject_to(tandem.Prior(R1([0.0])), None, x),
+    lambda p, x: p.add(None),
+    lambda p, x: p.solve(None),
+    lambda p, x: tandem.Prior(None),
+    lambda p, x: tandem.Marginals(None),
+    lambda p, x: p.value(None),
+])
+def test_none_is_an_error(call):
+    p = tandem.Problem()
+    x = p.add(R1([0.0]), "x")
+    with pytest.raises((TypeError, ValueError)):
+        call(p, x)
+
+
+@pytest.mark.parametrize("call, message", [
+    (lambda p, x: p.minimize(tandem.Prior(R1([0.0])), [1.0, 2.0], x), r"shape \(\), \(1,\)"),
+    (lambda p, x: p.minimize(tandem.Prior(R1([0.0])), -1.0, x), "positive"),
+    (lambda p, x: p.minimize(tandem.Prior(R1([0.0])), np.nan, x), "NaN"),
+    (lambda p, x: p.minimize(tandem.Prior(SE3()), 1.0, x), "SE3"),
+    (lambda p, x: p.minimize(tandem.ConstantTwist(1.0, 1.0), 1.0, [x, x]), "R1, R1, R1"),
+    (lambda p, x: p.subject_to(tandem.Prior(R1([0.0])), (2.0, 1.0), x), "bound"),
+    (lambda p, x: p.subject_to(tandem.Prior(R1([0.0])), (np.nan, 1.0), x), "NaN"),
+    (lambda p, x: p.solve("newton"), "newton"),
+    (lambda p, x: p.solve(max_iterations="many"), "max_iterations"),
+    (lambda p, x: p.add(R1([np.nan])), "NaN"),
+    (lambda p, x: p.set_value(x, SE3()), "R1"),
+    (lambda p, x: tandem.TwistComponents(1.0, "swai"), "swai"),
+])
+def test_bad_input_is_one_sentence(call, message):
+    p = tandem.Problem()
+    x = p.add(R1([0.0]), "x")
+    before = p.statistics
+    with pytest.raises((ValueError, TypeError), match=message) as error:
+        call(p, x)
+    assert "\n" not in str(error.value)
+    assert p.statistics == before
+
+
+def test_unknown_solver_options_are_type_errors():
+    p, *_ = chain()
+    with pytest.raises(TypeError, match="max_iteration; the options are"):
+        p.solve(max_iteration=3)
+
+
+def test_every_order_of_setup_is_an_error_or_works():
+    p = tandem.Problem()
+    assert p.solve().status in ("converged", "unsupported", "failed")
+    with pytest.raises((tandem.Error, ValueError)):
+        tandem.Marginals(p)
+    x = p.add(R1([0.0]), "x")
+    p.fix(x)
+    p.solve()
+    p.fix(x, False)
+    assert p.solve() is not None
+
+
+def test_temporaries_stay_alive():
+    x = tandem.Problem().add(R1([0.0]), "x")
+    assert x.name == "x"
+    lag_problem = tandem.FixedLag().problem
+    assert lag_problem.add(R1([0.0]), "y").name == "y"
+    marginals = (lambda: (lambda p: (p.minimize(tandem.Prior(R1([0.0])), 1.0, p.add(R1([0.0]), "z")),
+                                     tandem.Marginals(p))[1])(tandem.Problem()))()
+    assert repr(marginals)
+
+
+def test_the_lock_is_released_in_solves():
+    p, _, _, _ = chain(4000)
+    ticks = []
+    stop = threading.Event()
+
+    def count():
+        while not stop.is_set():
+            ticks.append(time.perf_counter())
+            time.sleep(0.0005)
+
+    thread = threading.Thread(target=count)
+    thread.start()
+    time.sleep(0.01)
+    start = time.perf_counter()
+    p.solve()
+    end = time.perf_counter()
+    stop.set()
+    thread.join()
+    assert sum(start < t < end for t in ticks) > 0
+
+
+def test_two_threads_solve_two_problems():
+    problems = [chain(200, seed=s)[0] for s in range(4)]
+    threads = [threading.Thread(target=p.solve) for p in problems]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert all(p.solve().cost < 1e-9 for p in problems)
+
+
+def test_one_problem_in_two_threads_is_an_error():
+    p, x, _, _ = chain(50)
+    inside, errors = threading.Event(), []
+
+    def wait(_):
+        inside.set()
+        time.sleep(0.05)
+
+    thread = threading.Thread(target=lambda: p.solve(progress=wait))
+    thread.start()
+    assert inside.wait(10)
+    for call in (p.solve, lambda: p.value(x[0]), lambda: p.fix(x[0]), lambda: p.add(R1([0.0])),
+                 lambda: tandem.Marginals(p)):
+        try:
+            call()
+        except tandem.BusyError as error:
+            errors.append(error)
+    thread.join()
+    assert len(errors) == 5
+    assert p.solve().converged
+
+
+def test_progress_reads_but_does_not_change():
+    p, x, _, _ = chain()
+    seen = []
+
+    def progress(report):
+        seen.append((report["iteration"], p.value(x[0]).log()))
+        with pytest.raises(tandem.BusyError):
+            p.add(R1([0.0]))
+
+    p.solve(progress=progress)
+    assert seen
+
+
+def test_exceptions_of_progress_are_chained():
+    p, *_ = chain()
+
+    def progress(_):
+        raise KeyError("mine")
+
+    with pytest.raises(tandem.ResidualError) as error:
+        p.solve(progress=progress)
+    assert isinstance(error.value.__cause__, KeyError)
+
+
+def test_interrupted_solve_returns_the_best_point():
+    p, *_ = chain()
+
+    def progress(report):
+        if report["iteration"] >= 1:
+            raise KeyboardInterrupt
+
+    summary = p.solve("augmented-lagrangian", progress=progress, cost_tolerance=0.0, gradient_tolerance=1e-300)
+    assert summary.status in ("interrupted", "converged") and np.isfinite(summary.cost)
+
+
+def test_many_residuals_by_one_call():
+    n = 100000
+    p = tandem.Problem()
+    x = p.add(R3(np.zeros((n, 3))), "x")
+    blocks = p.minimize(tandem.Prior(R3(np.ones((n, 3)))), 1.0, x)
+    assert len(blocks) == n and p.statistics["costs"] == n
+
+
+def test_representations():
+    p, x, blocks, _ = chain()
+    for thing in (p, x, x[0], blocks, tandem.Gaussian([1, 2]), tandem.Huber(1.0), tandem.between(0, 1),
+                  tandem.Prior(SE3()), p.solve(), tandem.Marginals(p)):
+        assert "\n" not in repr(thing)
+    assert "<table" in p._repr_html_() and "<svg" in p._repr_html_()
+
+
+def test_small_things_can_be_pickled():
+    for thing in (tandem.Gaussian([1.0, 2.0]), tandem.Huber(1.0), tandem.between(0, 1), tandem.Prior(SE3()),
+                  tandem.Gaussian.covariance([[2.0, 1.0], [1.0, 2.0]])):
+        assert repr(pickle.loads(pickle.dumps(thing))) == repr(thing)
+        assert repr(copy.deepcopy(thing)) == repr(thing)

@@ -1,0 +1,260 @@
+"""Residuals of one's own: in Python, batched, and compiled."""
+
+import ctypes
+import threading
+
+import numpy as np
+import pytest
+
+import tandem
+from tandem import R1, R2, SE3
+
+
+def relative(x, y, z=SE3.exp([1, 0, 0, 0, 0, 0.1]), *, jacobians=False):
+    """Relative pose with given Jacobians, for single elements and arrays."""
+    e = (z.inverse() @ x.inverse() @ y).log()
+    if not jacobians:
+        return e
+    by_y = SE3.jr_inv(e)
+    return e, [-by_y @ (y.inverse() @ x).adjoint(), by_y]
+
+
+def problem_with(make, n=30):
+    """A chain with one relative pose between neighbours: the library's if `make` is None."""
+    p = tandem.Problem()
+    z = SE3.exp([1, 0, 0, 0, 0, 0.1])
+    x = p.add(SE3.exp(np.random.default_rng(3).normal(scale=0.3, size=(n, 6))), "x")
+    p.minimize(tandem.Prior(SE3()), 0.1, x[0])
+    p.minimize(tandem.RelativePose(z) if make is None else make(), 0.1, [x[:-1], x[1:]])
+    return p, x
+
+
+@pytest.mark.parametrize("jacobian", ["given", "difference"])
+@pytest.mark.parametrize("batched", [False, True])
+def test_python_residuals_equal_those_of_the_library(jacobian, batched):
+    function = relative if jacobian == "given" else lambda x, y: relative(x, y)
+    p, x = problem_with(lambda: tandem.residual(function, dim=6, jacobian=jacobian, batched=batched, name="mine"))
+    q, y = problem_with(None)
+    a, b = p.solve(), q.solve()
+    assert a.cost == pytest.approx(b.cost, abs=1e-9)
+    assert np.allclose(p.value(x).minus(q.value(y)), 0, atol=1e-5)
+
+
+def test_batched_residuals_need_one_call_for_each_evaluation():
+    calls = []
+
+    def counted(x, y, *, jacobians=False):
+        calls.append(len(x))
+        return relative(x, y, jacobians=jacobians)
+
+    p, _ = problem_with(lambda: tandem.residual(counted, dim=6, jacobian="given", batched=True))
+    summary = p.solve(observability=False)
+    assert set(calls) == {29}
+    assert len(calls) <= 3 * (summary.evaluations + summary.iterations + 2)
+
+
+def test_batched_residuals_get_their_data():
+    data = np.arange(10.0)
+    f = tandem.residual(lambda x, d: x - d[:, None], dim=1, batched=True, data=data)
+    p = tandem.Problem()
+    x = p.add(R1(np.zeros((10, 1))), "x")
+    blocks = p.minimize(f, 1.0, x)
+    p.solve()
+    assert np.allclose(p.value(x).vector[:, 0], data, atol=1e-6)
+    p.remove(blocks[0])
+    assert p.solve().converged
+
+
+def test_complex_steps_are_exact():
+    f = tandem.residual(lambda x: np.array([np.exp(x[0]) * np.sin(x[1])]), dim=1, jacobian="complex")
+    p = tandem.Problem()
+    x = p.add(R2([0.3, 0.7]), "x")
+    block = p.minimize(f, 1.0, x)
+    r, J = p.linearization(block)
+    assert np.allclose(J, [[np.exp(0.3) * np.sin(0.7), np.exp(0.3) * np.cos(0.7)]], rtol=1e-14)
+
+
+def test_a_constraint_of_ones_own_is_three_lines():
+    p = tandem.Problem()
+    x = p.add(R2([2.0, 0.5]), "x")
+    p.minimize(tandem.Prior(R2([2.0, 0.0])), 1.0, x)
+
+    @tandem.residual(dim=1)
+    def circle(x):
+        return x @ x
+
+    p.subject_to(circle, tandem.equal_to(1.0), x)
+    assert p.solve().converged
+    assert np.allclose(p.value(x).vector, [1, 0], atol=1e-5)
+
+
+def test_jacobians_of_the_library_inside_ones_own_residual():
+    prior = tandem.Prior(SE3.exp([0.1, 0.2, 0.3, 0.1, 0, 0]))
+
+    def twice(x, *, jacobians=False):
+        if not jacobians:
+            return 2 * prior(x)
+        r, (J,) = prior(x, jacobians=True)
+        return 2 * r, [2 * J]
+
+    tandem.testing.check_jacobians(tandem.residual(twice, dim=6, jacobian="given"), SE3.exp([1, 2, 3, 0.3, 0.2, 0.1]))
+
+
+def test_wrong_jacobians_are_found():
+    def wrong(x, *, jacobians=False):
+        return (x, [2 * np.eye(2)]) if jacobians else x
+
+    with pytest.raises(AssertionError, match="state 0"):
+        tandem.testing.check_jacobians(tandem.residual(wrong, dim=2, jacobian="given"), R2([1.0, 2.0]))
+
+
+@pytest.mark.parametrize("threads", [1, 4])
+def test_exceptions_are_chained_with_their_traceback(threads):
+    calls = []
+
+    def fails(x):
+        calls.append(1)
+        if len(calls) > 5:
+            raise ZeroDivisionError("at the sixth call")
+        return x - 1e3 * np.ones(1)
+
+    p = tandem.Problem()
+    x = p.add(R1([0.0]), "x")
+    p.minimize(tandem.residual(fails, dim=1, name="fails"), 1.0, x)
+    with pytest.raises(tandem.ResidualError, match="fails.*ZeroDivisionError: at the sixth call") as error:
+        for _ in range(10):
+            p.set_value(x, R1([float(len(calls))]))
+            p.solve(threads=threads)
+    cause = error.value.__cause__
+    assert isinstance(cause, ZeroDivisionError) and cause.__traceback__ is not None
+    assert np.isfinite(p.value(x).vector).all()
+
+
+@pytest.mark.parametrize("solver", ["gauss-newton", "augmented-lagrangian", "ipopt", "nlopt:lbfgs"])
+def test_exceptions_pass_every_solver(solver):
+    def fails(x):
+        raise LookupError("always")
+
+    p = tandem.Problem()
+    x = p.add(R1([0.0]), "x")
+    p.minimize(tandem.residual(fails, dim=1), 1.0, x)
+    with pytest.raises(tandem.Error):
+        p.solve(solver).require_converged()
+
+
+def test_wrong_sizes_name_the_size_wanted():
+    p = tandem.Problem()
+    x = p.add(R2([0.0, 0.0]), "x")
+    p.minimize(tandem.residual(lambda x: np.zeros(3), dim=2, name="mine"), 1.0, x)
+    with pytest.raises(tandem.ResidualError) as error:
+        p.solve()
+    assert "mine" in str(error.value) and "(3,)" in str(error.value) + str(error.value.__cause__)
+
+
+def test_nan_shortens_the_step():
+    def root(x):
+        with np.errstate(invalid="ignore"):
+            return np.sqrt(x) - 0.1
+
+    p = tandem.Problem()
+    x = p.add(R1([4.0]), "x")
+    p.minimize(tandem.residual(root, dim=1), 1.0, x)
+    p.solve()
+    assert p.value(x).vector[0] == pytest.approx(0.01, abs=1e-4)
+
+
+def test_nan_at_the_start_is_named():
+    p = tandem.Problem()
+    x = p.add(R1([1.0]), "x")
+    p.minimize(tandem.residual(lambda x: x * np.nan, dim=1, name="mine"), 1.0, x)
+    summary = p.solve()
+    assert not summary.converged and "mine of x" in summary.message
+
+
+def test_problems_with_python_residuals_are_copied_but_not_written(tmp_path):
+    import copy
+    import pickle
+    p, x = problem_with(lambda: tandem.residual(relative, dim=6, jacobian="given", batched=True))
+    q = copy.deepcopy(p)
+    assert q.solve().cost == pytest.approx(p.solve().cost)
+    with pytest.raises(tandem.BadInputError, match="run time"):
+        p.write(tmp_path / "problem.json")
+    with pytest.raises(tandem.BadInputError, match="run time"):
+        pickle.dumps(p)
+
+
+def test_functions_live_as_long_as_their_problem():
+    def make():
+        offset = np.array([3.0])
+        return tandem.residual(lambda x: x - offset, dim=1)
+
+    p = tandem.Problem()
+    x = p.add(R1([0.0]), "x")
+    p.minimize(make(), 1.0, x)
+    p.solve()
+    assert p.value(x).vector[0] == pytest.approx(3.0)
+
+
+def test_residuals_in_two_threads():
+    results = []
+
+    def run():
+        p, x = problem_with(lambda: tandem.residual(relative, dim=6, jacobian="given", batched=True))
+        results.append(p.solve().cost)
+
+    threads = [threading.Thread(target=run) for _ in range(3)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert len(set(results)) == 1
+
+
+SIGNATURE = ctypes.CFUNCTYPE(ctypes.c_int, *[ctypes.POINTER(ctypes.c_double)] * 4, ctypes.c_int)
+
+
+@SIGNATURE
+def _line(data, x, r, J, jacobians):
+    r[0] = x[0] - data[0]
+    if jacobians:
+        J[0] = 1.0
+    return 0
+
+
+def test_ctypes_functions():
+    p = tandem.Problem()
+    x = p.add(R1(np.zeros((5, 1))), "x")
+    p.minimize(tandem.compiled_residual(_line, dim=1, data=np.arange(5.0)[:, None]), 1.0, x)
+    assert p.solve(threads=1).converged
+    assert np.allclose(p.value(x).vector[:, 0], np.arange(5.0), atol=1e-9)
+
+
+def test_numba_functions():
+    numba = pytest.importorskip("numba")
+    pointer = numba.types.CPointer(numba.types.float64)
+
+    @numba.cfunc(numba.types.int32(pointer, pointer, pointer, pointer, numba.types.int32))
+    def line(data, x, r, J, jacobians):
+        r[0] = x[0] - data[0]
+        if jacobians:
+            J[0] = 1.0
+        return 0
+
+    p = tandem.Problem()
+    x = p.add(R1(np.zeros((1000, 1))), "x")
+    p.minimize(tandem.compiled_residual(line, dim=1, data=np.arange(1000.0)[:, None]), 1.0, x)
+    assert p.solve().converged
+    assert np.allclose(p.value(x).vector[:, 0], np.arange(1000.0), atol=1e-9)
+
+
+@pytest.mark.parametrize("call, message", [
+    (lambda: tandem.residual(3, dim=1), "function"),
+    (lambda: tandem.residual(abs, dim=0), "dim"),
+    (lambda: tandem.residual(abs, dim=1, jacobian="exact"), "jacobian"),
+    (lambda: tandem.residual(abs, dim=1, data=np.zeros(3)), "batched"),
+    (lambda: tandem.compiled_residual(abs, dim=1), "cfunc"),
+    (lambda: tandem.compiled_residual(_line, dim=1, data=np.full(3, np.nan)), "NaN"),
+])
+def test_bad_definitions_are_one_sentence(call, message):
+    with pytest.raises(tandem.BadInputError, match=message):
+        call()
