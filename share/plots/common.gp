@@ -2,8 +2,10 @@
 #
 #     call 'common.gp' SCRIPT FOLDER FORMAT OUTPUT
 #
-# Sets: name (of the script), folder, format (svg or png), output (file; empty for standard output), cells (separator of
-# CSV files), scenario, ned (1 if the frame of the files is NED-FRD).
+# Sets: name (of the script), folder, format (svg, png or pdf), output (file; empty for standard output), cells (separator
+# of CSV files), scenario, ned (1 if the frame of the files is NED-FRD).
+#
+# Figures are laid out in pixels and drawn as wide as a column (3.5 in) or a page (7.2 in) of a paper, with text of 8 pt.
 #
 # OUTPUT is '-' if Tandem draws: the picture then goes to standard output, and FOLDER has tab-separated copies of the
 # files, since gnuplot cuts quoted cells at commas.
@@ -16,7 +18,7 @@ do for [i = 1:strlen(ARG1)] { if (ARG1[i:i] eq '/') { name = ARG1[i + 1:*] } }
 if (strlen(name) > 3) { if (name[strlen(name) - 2:*] eq '.gp') { name = name[1:strlen(name) - 3] } }
 folder = ARG2 eq '' ? '.' : ARG2
 if (folder[1:1] eq '<' || folder[1:1] eq '|') { folder = './'.folder } # gnuplot would execute it as a command
-format = ARG3 eq 'png' ? 'png' : 'svg'
+format = ARG3 eq 'png' || ARG3 eq 'pdf' ? ARG3 : 'svg'
 output = ARG4 eq '-' ? '' : folder.'/'.name.'.'.format
 cells = ARG4 eq '-' ? "\t" : ','
 file(what) = folder.'/'.what
@@ -24,9 +26,15 @@ file(what) = folder.'/'.what
 # Palette that suits all kinds of colour vision (Okabe & Ito 2008).
 blue = '#0072B2'; vermilion = '#D55E00'; orange = '#E69F00'; sky_blue = '#56B4E9'
 green = '#009E73'; purple = '#CC79A7'; grey = '#999999'; pale = '#c4c4c4'
+pale_blue = '#9ccbe8'; pale_vermilion = '#f2bd92'
 
 max(a, b) = a > b ? a : b
 min(a, b) = a < b ? a : b
+
+# Opens the terminal and the output: `eval opened(PIXELS, PIXELS, INCHES)`, width and height, and width of the figure.
+column_inches = 3.5; page_inches = 7.2
+opened(w, h, inches) = sprintf(format eq 'pdf' ? "set terminal pdfcairo size %gin,%gin font 'Helvetica,8' linewidth 0.7 pointscale 0.7" : format eq 'png' ? "set terminal pngcairo size %.0f,%.0f font 'Helvetica,8' fontscale 4.17 linewidth 2 pointscale 2" : "set terminal svg size %.0f,%.0f font 'Helvetica,8' fontscale 1.333 linewidth 0.7", scale_of_format * inches, scale_of_format * inches * h / w)." background rgb 'white'; if (output ne '') { set output output }"
+scale_of_format = format eq 'pdf' ? 1 : format eq 'png' ? 300 : 96 # pixels per inch
 
 scenario = ''; ned = 0
 set datafile separator ':'

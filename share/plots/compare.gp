@@ -1,6 +1,6 @@
 # Relative distance of each solver's cost from the best one, against time, with a panel per problem.
 #
-#     gnuplot -c compare.gp FOLDER [svg|png]
+#     gnuplot -c compare.gp FOLDER [svg|png|pdf]
 #
 # of: compare
 # needs: compare.csv compare_progress.csv
@@ -53,11 +53,10 @@ stats progress using (problem = problem_of(column('keyframes'), strcol('constrai
 
 rows = words(sizes)
 columns = (words(problems) + rows - 1) / rows
-width = 390 * columns + 320; height = 340 * rows + 40
-eval sprintf("set terminal %s size %d,%d font 'Helvetica,12' background rgb 'white'", format eq 'png' ? 'pngcairo' : format, width, height)
-if (output ne '') { set output output }
+width = 420 * columns + 420; height = 460 * rows + 40
+eval opened(width, height, page_inches)
 set multiplot
-set label 1 scenario.': relative distance of the cost from the best one, against time' at screen (12.0 / width),screen (1 - 18.0 / height) noenhanced font ',13'
+set label 1 scenario.': relative distance of the cost from the best one, against time' at screen (12.0 / width),screen (1 - 18.0 / height) noenhanced
 set border 3 lc rgb '#555555'
 set tics nomirror tc rgb '#333333'
 set grid lc rgb '#e8e8e8' lt 1
@@ -70,13 +69,13 @@ unset key
 do for [p = 1:words(problems)] {
   this = word(problems, p)
   row = (p - 1) / columns; place = (p - 1) % columns
-  set lmargin at screen ((390.0 * place + 75) / width)
-  set rmargin at screen ((390.0 * (place + 1) - 5) / width)
-  set tmargin at screen (1 - (340.0 * row + 75) / height)
-  set bmargin at screen (1 - (340.0 * (row + 1) - 20) / height)
+  set lmargin at screen ((420.0 * place + 115) / width)
+  set rmargin at screen ((420.0 * (place + 1) - 5) / width)
+  set tmargin at screen (1 - (460.0 * row + 105) / height)
+  set bmargin at screen (1 - (460.0 * (row + 1) - 55) / height)
   constraints = this[strstrt(this, ':') + 1:*]
   size = this[1:strstrt(this, ':') - 1]
-  set title size.' keyframes, '.(constraints eq 'off' ? 'no' : constraints).' constraints' noenhanced offset 0,-0.5
+  set title size." keyframes,\n".(constraints eq 'off' ? 'no' : constraints).' constraints' noenhanced offset 0,-0.5
   if (place == 0) { set ylabel '|cost − best| / best' offset 1 } else { unset ylabel }
   marks = ''
   do for [k = 1:n_ends] {
@@ -90,7 +89,7 @@ do for [p = 1:words(problems)] {
 }
 
 # Common key of all panels.
-set lmargin at screen ((390.0 * columns + 10) / width)
+set lmargin at screen ((420.0 * columns + 10) / width)
 set rmargin at screen 0.999
 set tmargin at screen (1 - 40.0 / height)
 set bmargin at screen 0.01
@@ -103,7 +102,7 @@ unset ylabel
 unset logscale
 set xrange [0:1]
 set yrange [0:1]
-set key left top Left reverse samplen 2.5 font ',11' noenhanced
+set key left top Left reverse samplen 2.5 noenhanced
 drawn = ''
 do for [s in solvers] { if ((sum [k = 1:n_ends] (end_solver[k] eq s)) > 0) { drawn = drawn.s.' ' } }
 plot for [s in drawn] NaN with lines lw thick(s) dt dash(s) lc rgb colour(s) title s, \

@@ -1,7 +1,7 @@
 # Logarithm of the evidence along each constant systematic error, with all other parameters at their optimum. One panel
 # per constant.
 #
-#     gnuplot -c constants_evidence.gp FOLDER [svg|png]
+#     gnuplot -c constants_evidence.gp FOLDER [svg|png|pdf]
 #
 # of: calibrate
 # needs: constants.csv constants_evidence.csv
@@ -27,7 +27,7 @@ if (panels == 0) { exit }
 
 columns = 4
 rows = (panels + columns - 1) / columns
-call here.'figure.gp' sprintf('%d', 100 + 175 * rows) 'Log evidence along each constant, relative to the estimate'
+call here.'figure.gp' sprintf('%d', 100 + 175 * rows) 'Log evidence along each constant, relative to the estimate' 'page'
 set multiplot
 # The legend is a separate plot across all panels.
 unset border; unset tics
@@ -37,8 +37,8 @@ unset label 1
 set key off
 set border 3
 set yrange [-8:*]
-set ytics nomirror font ',10' tc rgb '#333333'
-set xtics nomirror font ',10' tc rgb '#333333' offset 0,0.3
+set ytics nomirror tc rgb '#333333'
+set xtics nomirror tc rgb '#333333' offset 0,0.3
 set format x '%.2g'
 do for [p = 1:panels] {
   k = int(word(shown, p))
@@ -47,7 +47,7 @@ do for [p = 1:panels] {
   set rmargin at screen (45.0 + 215 * place + 180) / 900
   set tmargin at screen (1 - (85.0 + 175 * row) / height)
   set bmargin at screen (1 - (85.0 + 175 * row + 115) / height)
-  set title title[k] noenhanced offset 0,-0.7 font ',11'
+  set title title[k] noenhanced offset 0,-0.7
   undefine s_*
   stats evidence using (strcol('scenario').','.strcol('constant') eq of[k] ? column('value') : NaN) name 's' nooutput
   low = min(s_min, 0); high = max(s_max, 0); margin = 0.05 * (high - low)

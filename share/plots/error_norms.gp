@@ -1,6 +1,6 @@
 # Magnitude of the relative position and orientation error of the target at each keyframe.
 #
-#     gnuplot -c error_norms.gp FOLDER [svg|png]
+#     gnuplot -c error_norms.gp FOLDER [svg|png|pdf]
 #
 # of: estimate track
 # needs: errors.csv
@@ -18,18 +18,18 @@ both = exists('orientation_records')
 call here.'types.gp' errors
 call here.'panels.gp' (both ? '2' : '1') (both ? '270' : '280') scenario.': error at each keyframe, by its measurement'
 points = points_of("at_least(e)")
-at_least(e) = max(column(e), 1e-9)
+at_least(e) = column(e) == column(e) ? max(column(e), 1e-9) : NaN
+call here.'time.gp' errors
 set logscale y
 set format y '%g'
 set ylabel 'position error [m]'
 e = 'position_error_m'
-if (both) { set format x '' } else { set xlabel 't [s]' }
+if (both) { set format x '' } else { eval show_time }
 eval 'plot '.points.type_keys
 if (both) {
   unset label 1
   unset key
-  set format x '%g'
-  set xlabel 't [s]'
+  eval show_time
   unset logscale y
   set yrange [0:*]
   set ylabel 'orientation error [°]'

@@ -2,7 +2,7 @@
 # without data, or always zero as in planar problems, are omitted. If σ spans decades, as between measured positions and
 # measured poses, the scale is linear up to the smallest σ and logarithmic above.
 #
-#     gnuplot -c errors.gp FOLDER [svg|png]
+#     gnuplot -c errors.gp FOLDER [svg|png|pdf]
 #
 # of: estimate track
 # needs: errors.csv
@@ -46,19 +46,19 @@ do for [i = 1:4] {
 }
 if (shown eq '') { exit }
 
-# Bounds of unobservable components are infinite, which gnuplot cannot draw.
-shown_bound(i) = column(bound[i]) > 10 * limit[i] ? 10 * limit[i] : column(bound[i])
+# Bounds of unobservable components are infinite, which gnuplot cannot draw. Where nothing is estimated, as the yaw of a
+# point, the band has no height: gnuplot would join it across missing rows.
+shown_bound(i) = column(bound[i]) != column(bound[i]) ? 0 : column(bound[i]) > 10 * limit[i] ? 10 * limit[i] : column(bound[i])
 
-stats errors using 't' name 'time' nooutput
 call here.'types.gp' errors
 call here.'panels.gp' sprintf('%d', words(shown)) '170' scenario.(truth ? ': error of the relative pose, by component' : ': uncertainty of the relative pose')
-set xrange [time_min:time_max]
+call here.'time.gp' errors
 set style fill transparent solid 0.13 noborder
 set format x ''
 do for [n = 1:words(shown)] {
   i = int(word(shown, n))
   if (n == 2) { unset label 1; unset key }
-  if (n == words(shown)) { set format x '%g'; set xlabel 't [s]' }
+  if (n == words(shown)) { eval show_time }
   note = cut[i] ? 'cut' : ''
   if (linear[i] > 0) {
     a = linear[i]
@@ -82,7 +82,7 @@ do for [n = 1:words(shown)] {
   }
   set yrange [-limit[i]:limit[i]]
   set ylabel note eq '' ? label[i] : label[i]."\n{/*0.8 (".note.")}"
-  band = bands ? "errors using 't':(-shown_bound(i)):(shown_bound(i)) with filledcurves lc rgb blue title '±3 σ'" : 'NaN notitle'
+  band = bands ? "errors using (since(column('t'))):(-shown_bound(i)):(shown_bound(i)) with filledcurves lc rgb blue title '±3 σ'" : 'NaN notitle'
   points = truth ? ', '.points_of('column(error[i])') : ''
   keys = truth && n == 1 ? type_keys : ''
   eval 'plot '.band.points.keys

@@ -1,7 +1,7 @@
 # Logarithm of the evidence along each calibrated standard deviation, with the others at their calibrated values. One
 # panel per parameter.
 #
-#     gnuplot -c evidence.gp FOLDER [svg|png]
+#     gnuplot -c evidence.gp FOLDER [svg|png|pdf]
 #
 # of: calibrate
 # needs: parameters.csv evidence.csv
@@ -21,7 +21,7 @@ stats parameters using (i = i + 1, title[i] = strcol('parameter'), given[i] = co
 
 columns = 4
 rows = (n + columns - 1) / columns
-call here.'figure.gp' sprintf('%d', 100 + 175 * rows) 'Log evidence along each standard deviation, relative to the calibrated one'
+call here.'figure.gp' sprintf('%d', 100 + 175 * rows) 'Log evidence along each standard deviation, relative to the calibrated one' 'page'
 set multiplot
 # The legend is a separate plot across all panels.
 unset border; unset tics
@@ -31,8 +31,8 @@ unset label 1
 set key off
 set border 3
 set yrange [-8:*]
-set ytics nomirror font ',10' tc rgb '#333333'
-set xtics nomirror font ',10' tc rgb '#333333' offset 0,0.3
+set ytics nomirror tc rgb '#333333'
+set xtics nomirror tc rgb '#333333' offset 0,0.3
 set logscale x
 set format x '%.2g'
 do for [k = 1:n] {
@@ -41,7 +41,7 @@ do for [k = 1:n] {
   set rmargin at screen (45.0 + 215 * place + 180) / 900
   set tmargin at screen (1 - (85.0 + 175 * row) / height)
   set bmargin at screen (1 - (85.0 + 175 * row + 115) / height)
-  set title title[k].(identifiable[k] == 1 ? '' : ' (not identifiable)') noenhanced offset 0,-0.7 font ',11'
+  set title title[k].(identifiable[k] == 1 ? '' : ' (not identifiable)') noenhanced offset 0,-0.7
   undefine s_*
   stats evidence using (strcol('parameter') eq title[k] ? column('sigma') : NaN) name 's' nooutput
   if (exists('s_min')) {

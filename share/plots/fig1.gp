@@ -1,6 +1,6 @@
 # Figure 1 of the paper: online estimates of both modes through a gap, seen from above.
 #
-#     gnuplot -c fig1.gp FOLDER [svg|png]
+#     gnuplot -c fig1.gp FOLDER [svg|png|pdf]
 #
 # of: paper
 # needs: fig1.csv
@@ -10,7 +10,7 @@ call here."common.gp" ARG0 ARG1 ARG2 ARG3
 
 set datafile columnheaders
 data = file('fig1.csv')
-call here.'figure.gp' '560' 'docking_a: online estimates through the longest gap'
+call here.'figure.gp' '370' 'docking_a: online estimates through the longest gap'
 set size ratio -1
 set tmargin at screen (1 - 78.0 / height)
 set bmargin at screen (60.0 / height)

@@ -1,7 +1,7 @@
 # Figure 3 of the paper: panels side by side, seen from above. Each pose is an arrow along its x axis and a tick along
 # its y axis, projected into the plane.
 #
-#     gnuplot -c fig3.gp FOLDER [svg|png]
+#     gnuplot -c fig3.gp FOLDER [svg|png|pdf]
 #
 # of: paper
 # needs: fig3.csv
@@ -38,8 +38,7 @@ x_min = x_min - 0.25; x_max = x_max + 0.25; y_min = y_min - 0.25; y_max = y_max 
 panel = 400; gap = 30; left = 76; above = 40; below = 114 # pixels
 width = left + panels * (panel + gap)
 height = above + floor(panel * (y_max - y_min) / (x_max - x_min) + 0.5) + below
-eval sprintf("set terminal %s size %d,%d font 'Helvetica,15' background rgb 'white' enhanced", format eq 'png' ? 'pngcairo pointscale 1.5' : format.' fontscale 1.2', width, height)
-if (output ne '') { set output output }
+eval opened(width, height, page_inches)
 set multiplot
 set parametric
 set samples 361
@@ -64,8 +63,8 @@ array shade[3] = [orange, 'black', blue]
 do for [n = 1:panels] {
   set lmargin at screen ((left + (n - 1.0) * (panel + gap)) / width)
   set rmargin at screen ((left + (n - 1.0) * (panel + gap) + panel) / width)
-  set title title[n] font ',17' offset 0,-0.4
-  set label 1 sprintf("%.1f m → %s m\noff the arc, in %d iterations", start_off[n], power_of_ten(end_off[n]), iterations[n]) at 0,(-0.3 * radius) center tc rgb '#333333' font ',13'
+  set title title[n] offset 0,-0.4
+  set label 1 sprintf("%.1f m → %s m\noff the arc, in %d iterations", start_off[n], power_of_ten(end_off[n]), iterations[n]) at 0,(-0.3 * radius) center tc rgb '#333333'
   plot [0:2*pi] radius * cos(t), radius * sin(t) with lines lw 3 lc rgb pale notitle, \
     poses using (column('panel') == n ? x_of('start_') : NaN):(y_of('start_')):(x_of('') - x_of('start_')):(y_of('') - y_of('start_')) with vectors nohead dt 2 lw 1.3 lc rgb grey notitle, \
     poses using (column('panel') == n ? 0.75 * x_of('') : NaN):(0.75 * y_of('')):(sprintf('T_%d', column('pose'))) with labels boxed tc rgb '#333333' notitle, \

@@ -1,6 +1,6 @@
 # Figure 6 of the paper: both modes and the truth from above, with close-ups where each mode has its largest error.
 #
-#     gnuplot -c fig6.gp FOLDER [svg|png]
+#     gnuplot -c fig6.gp FOLDER [svg|png|pdf]
 #
 # of: paper
 # needs: fig6.csv
@@ -20,11 +20,11 @@ do for [k = 1:2] {
     e > worst[k] && (k == 1 || (x - at_x[1]) ** 2 + (y - at_y[1]) ** 2 > 4 * around ** 2) \
     ? (worst[k] = e, at_x[k] = x, at_y[k] = y, 1) : 0) nooutput
 }
-call here.'figure.gp' '760' 'docking_a: the target from above'
+call here.'figure.gp' '620' 'docking_a: the target from above'
 set multiplot
 set size ratio -1
-set lmargin at screen 0.09; set rmargin at screen 0.97
-set tmargin at screen 0.9; set bmargin at screen 0.5
+set lmargin at screen 0.14; set rmargin at screen 0.94
+set tmargin at screen 0.88; set bmargin at screen 0.5
 set xlabel 'x [m]' offset 0,0.5
 set ylabel 'y [m]'
 do for [k = 1:2] { set object k rectangle center at_x[k],at_y[k] size 2*around,2*around fs empty border lc rgb grey }
@@ -37,8 +37,8 @@ unset label 1
 unset key
 set tmargin at screen 0.41; set bmargin at screen 0.07
 do for [k = 1:2] {
-  set lmargin at screen (k == 1 ? 0.09 : 0.56)
-  set rmargin at screen (k == 1 ? 0.5 : 0.97)
+  set lmargin at screen (k == 1 ? 0.14 : 0.58)
+  set rmargin at screen (k == 1 ? 0.5 : 0.94)
   set xrange [at_x[k] - around:at_x[k] + around]
   set yrange [at_y[k] - around:at_y[k] + around]
   plot data using 'truth_x_m':'truth_y_m' with lines lw 2 lc rgb pale, \

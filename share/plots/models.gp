@@ -1,7 +1,7 @@
 # Mean position and orientation errors of each motion model by the measurement at the keyframe. Labels of models that did not converge
 # show their status.
 #
-#     gnuplot -c models.gp FOLDER [svg|png]
+#     gnuplot -c models.gp FOLDER [svg|png|pdf]
 #
 # of: models
 # needs: models.csv
@@ -31,7 +31,7 @@ do for [i = 1:10] {
 }
 if (!there[5] && !there[10]) { exit }
 
-call here.'figure.gp' sprintf('%d', 150 + 22 * rows) scenario.': mean errors by motion model'
+call here.'figure.gp' sprintf('%d', 150 + 22 * rows) scenario.': mean errors by motion model' 'page'
 left = 0.33
 set multiplot
 set tmargin at screen (1 - 62.0 / height)

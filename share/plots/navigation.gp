@@ -1,6 +1,6 @@
 # The chaser's trajectory seen from above, with GPS fixes and, if available, truth.
 #
-#     gnuplot -c navigation.gp FOLDER [svg|png]
+#     gnuplot -c navigation.gp FOLDER [svg|png|pdf]
 #
 # of: navigate
 # needs: chaser.tum
@@ -28,7 +28,7 @@ call here.'map.gp' scenario.': trajectory seen from above'
 set xlabel ned ? 'y (east) [m]' : 'x (east) [m]'
 set ylabel ned ? 'x (north) [m]' : 'y (north) [m]'
 stride = chaser_records / 5000 + 1 # enough for the resolution of the figure
-truth = exists('truth_records') ? "file('chaser_truth.tum') every stride using east:north with lines lw 4 lc rgb pale title 'truth', " : ''
+truth = exists('truth_records') ? "file('chaser_truth.tum') every stride using east:north with lines lw 4 lc rgb pale_blue title 'truth', " : ''
 fixes = exists('fixes_records') ? "$fixes using 1:2 with points pt 7 ps 0.35 lc rgb orange notitle, keyentry with points pt 7 ps 0.6 lc rgb orange title 'GPS fix', " : ''
 plot @truth @fixes \
   file('chaser.tum') every stride using east:north with lines lw 1.4 lc rgb blue title 'estimate', \

@@ -1,7 +1,7 @@
 # Errors of the chaser's position and orientation by component over time with 3 σ bounds; without truth the bounds
 # alone. Grey areas are times without GPS.
 #
-#     gnuplot -c navigation_errors.gp FOLDER [svg|png]
+#     gnuplot -c navigation_errors.gp FOLDER [svg|png|pdf]
 #
 # of: navigate
 # needs: errors.csv gps_outages.csv
@@ -36,20 +36,20 @@ do for [i = 1:6] {
   }
 }
 if (shown eq '') { exit }
+call here.'time.gp' errors
 outages = ''; n_outages = 0
-stats file('gps_outages.csv') using (n_outages = n_outages + 1, outages = outages.sprintf("set object %d rectangle from %.9g,graph 0 to %.9g,graph 1 fillcolor rgb '#f2f2f2' fillstyle solid 1 noborder behind;", n_outages, column('from'), column('to')), 1) nooutput
+stats file('gps_outages.csv') using (n_outages = n_outages + 1, outages = outages.sprintf("set object %d rectangle from %.17g,graph 0 to %.17g,graph 1 fillcolor rgb '#f2f2f2' fillstyle solid 1 noborder behind;", n_outages, since(column('from')), since(column('to'))), 1) nooutput
 
-stats errors using 't' name 'time' nooutput
 every_row = time_records / 5000 + 1 # enough for the resolution of the figure
 call here.'panels.gp' sprintf('%d', words(shown)) '150' scenario.(truth ? ': errors by component' : ': uncertainty by component')
-set xrange [time_min:time_max]
+shown_bound(i) = column(bound[i]) == column(bound[i]) ? column(bound[i]) : 0 # no band where nothing is estimated
 set style fill transparent solid 0.13 noborder
 set format x ''
 eval outages
 do for [n = 1:words(shown)] {
   i = int(word(shown, n))
   if (n == 2) { unset label 1; unset key }
-  if (n == words(shown)) { set format x '%g'; set xlabel 't [s]' }
+  if (n == words(shown)) { eval show_time }
   # Tics at 1, 2 or 5 times a power of ten, one to three on either side of zero.
   decade = 10 ** floor(log10(limit[i] / 1.5))
   step = 5 * decade <= limit[i] / 1.5 ? 5 * decade : 2 * decade <= limit[i] / 1.5 ? 2 * decade : decade
@@ -57,9 +57,9 @@ do for [n = 1:words(shown)] {
   set yrange [-limit[i]:limit[i]]
   set ylabel label[i]
   unset label 2
-  if (cut[i]) { set label 2 'cut' at graph 0.995,0.9 right font ',10' textcolor rgb '#777777' }
-  band = bands ? "errors every every_row using 't':(-column(bound[i])):(column(bound[i])) with filledcurves lc rgb blue title '±3 σ'" : 'NaN notitle'
-  line = truth ? ", errors every every_row using 't':(column(error[i])) with lines lw 1.2 lc rgb vermilion title 'error'" : ''
+  if (cut[i]) { set label 2 'cut' at graph 0.995,0.9 right textcolor rgb '#777777' }
+  band = bands ? "errors every every_row using (since(column('t'))):(-shown_bound(i)):(shown_bound(i)) with filledcurves lc rgb blue title '±3 σ'" : 'NaN notitle'
+  line = truth ? ", errors every every_row using (since(column('t'))):(column(error[i])) with lines lw 1.2 lc rgb vermilion title 'error'" : ''
   keys = n == 1 && n_outages > 0 ? ", keyentry with boxes fc rgb '#dddddd' fs solid 1 noborder title 'without GPS'" : ''
   eval 'plot '.band.line.keys
 }

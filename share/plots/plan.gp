@@ -1,6 +1,6 @@
 # A plan seen from above: the planned chaser and the predicted target with 3 σ ellipses.
 #
-#     gnuplot -c plan.gp FOLDER [svg|png]
+#     gnuplot -c plan.gp FOLDER [svg|png|pdf]
 #
 # of: plan
 # needs: planned_chaser.csv predicted_target.csv

@@ -1,6 +1,6 @@
 # A plan over time: distances to the target and to the goal, and command (grey) and state (red) of each actuator.
 #
-#     gnuplot -c plan_commands.gp FOLDER [svg|png]
+#     gnuplot -c plan_commands.gp FOLDER [svg|png|pdf]
 #
 # of: plan
 # needs: planned_chaser.csv commands.csv

@@ -1,6 +1,6 @@
 # The first run of a simulated rendezvous seen from above, with the phases of the chaser in different colours.
 #
-#     gnuplot -c rendezvous.gp FOLDER [svg|png]
+#     gnuplot -c rendezvous.gp FOLDER [svg|png|pdf]
 #
 # of: rendezvous
 # needs: rendezvous.csv

@@ -1,7 +1,7 @@
 # Mean NEES and NIS of a study divided by their degrees of freedom, by grid cell and model, with 95 % confidence
 # intervals. Grey: 95 % band of the mean of a consistent estimator (χ²).
 #
-#     gnuplot -c study_consistency.gp FOLDER [svg|png]
+#     gnuplot -c study_consistency.gp FOLDER [svg|png|pdf]
 #
 # of: study
 # needs: summary.csv consistency.csv
@@ -17,7 +17,7 @@ stats consistency using (m = strcol('metric'), new = m[1:4] eq 'nis_' && panels 
 title_of(m) = m eq 'nees_chaser' ? 'NEES, chaser' : m eq 'nees_relative_position' ? 'relative position' : m eq 'nees_relative_pose' ? 'relative pose' : 'NIS, '.m[5:*]
 stats consistency using (column('mean') / column('degrees')):(column('band_low') / column('degrees')) name 'all' nooutput
 if (!exists('all_records')) { exit }
-call here.'figure.gp' sprintf('%d', 110 + 22 * groups) 'NEES and NIS divided by their degrees of freedom; a consistent estimator has 1'
+call here.'figure.gp' sprintf('%d', 110 + 22 * groups) 'NEES and NIS divided by their degrees of freedom; a consistent estimator has 1' 'page'
 set multiplot
 unset key
 set tmargin at screen (1 - 62.0 / height)

@@ -1,6 +1,6 @@
 # Cumulative distribution of the trials' mean relative position error by model, over the whole grid.
 #
-#     gnuplot -c study_distribution.gp FOLDER [svg|png]
+#     gnuplot -c study_distribution.gp FOLDER [svg|png|pdf]
 #
 # of: study
 # needs: summary.csv trials.csv
@@ -18,7 +18,7 @@ named(name, solver) = name.(solvers > 1 ? ', '.solver : '')
 stats trials using (this = named(strcol('model'), strcol('solver')), k = known(this), models = k ? models : models + 1, k = k ? k : models, model[k] = this, counted = column('at_all_error_m'), count[k] = count[k] + (counted == counted), 1) nooutput
 stats trials using 'at_all_error_m' name 'all' nooutput
 if (!exists('all_records') || all_records < 2) { exit }
-call here.'figure.gp' '420' 'Cumulative distribution of the mean relative position error of trials'
+call here.'figure.gp' '420' 'Distribution of the mean position error of trials'
 set key maxrows 3 noenhanced
 set tmargin at screen (1 - (45.0 + 18 * min(3, models)) / height)
 set xlabel 'mean relative position error [m]'

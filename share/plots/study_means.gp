@@ -1,7 +1,7 @@
 # Mean relative position error of a study by grid cell and model, with 95 % confidence intervals, by the
 # measurement at the keyframe.
 #
-#     gnuplot -c study_means.gp FOLDER [svg|png]
+#     gnuplot -c study_means.gp FOLDER [svg|png|pdf]
 #
 # of: study
 # needs: summary.csv
@@ -19,7 +19,7 @@ do for [type in 'position pose partial none'] {
 if (types eq '') { exit }
 panels = words(types)
 colour(type) = type eq 'position' ? vermilion : type eq 'pose' ? blue : type eq 'partial' ? green : '#555555'
-call here.'figure.gp' sprintf('%d', 110 + 22 * groups) 'Mean relative position error over trials with 95 % confidence interval [m]'
+call here.'figure.gp' sprintf('%d', 110 + 22 * groups) 'Mean relative position error over trials with 95 % confidence interval [m]' 'page'
 set multiplot
 unset key
 set tmargin at screen (1 - 62.0 / height)

@@ -1,6 +1,6 @@
 # Trajectories of chaser and target seen from above, with measured target positions and, if available, truth.
 #
-#     gnuplot -c trajectories.gp FOLDER [svg|png]
+#     gnuplot -c trajectories.gp FOLDER [svg|png|pdf]
 #
 # of: estimate track
 # needs: chaser.tum target.tum
@@ -38,7 +38,7 @@ call here.'map.gp' scenario.': trajectories seen from above'
 every_chaser = chaser_records / 5000 + 1 # enough for the resolution of the figure
 every_target = exists('target_records') ? target_records / 5000 + 1 : 1
 last_target = exists('target_records') ? target_records - 1 : 0
-truth = exists('truth_records') ? sprintf("file('chaser_truth.tum') every %d using east:north with lines lw 4 lc rgb pale title 'truth', file('target_truth.tum') every %d using east:north with lines lw 4 lc rgb pale notitle, ", every_chaser, every_target) : ''
+truth = exists('truth_records') ? sprintf("file('chaser_truth.tum') every %d using east:north with lines lw 4 lc rgb pale_blue title 'true chaser', file('target_truth.tum') every %d using east:north with lines lw 4 lc rgb pale_vermilion title 'true target', ", every_chaser, every_target) : ''
 plot @truth @fixes \
   file('chaser.tum') every every_chaser using east:north with lines lw 1.2 lc rgb blue title 'chaser', \
   file('target.tum') every every_target using east:north with lines lw 1.2 lc rgb vermilion title 'target', \

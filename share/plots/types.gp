@@ -2,7 +2,7 @@
 #
 #     call 'types.gp' FILE
 #
-# Sets: points_of(e) (plot elements that show the expression e over time), type_keys (legend, for the end of a plot
+# `since` is that of time.gp. Sets: points_of(e) (plot elements that show the expression e over time), type_keys (legend, for the end of a plot
 # command).
 
 types_file = ARG1
@@ -15,7 +15,7 @@ do for [k = 1:4] {
   stats types_file using (strcol('type') eq type_name[k] ? 1 : NaN) name 'type_of' nooutput
   type_there[k] = exists('type_of_records')
 }
-type_points(e, k) = type_there[k] ? sprintf(", types_file using 't':(strcol('type') eq '%s' ? %s : NaN) with points %s notitle", type_name[k], e, type_point[k]) : ''
+type_points(e, k) = type_there[k] ? sprintf(", types_file using (since(column('t'))):(strcol('type') eq '%s' ? %s : NaN) with points %s notitle", type_name[k], e, type_point[k]) : ''
 points_of(e) = (type_points(e, 1).type_points(e, 2).type_points(e, 3).type_points(e, 4))[3:*]
 type_keys = ''
 do for [k in '3 4 2 1'] {

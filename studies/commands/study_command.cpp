@@ -363,7 +363,7 @@ Command study_command() {
         option("-o,--out", "DIR", "Folder of the study, or output folder", request->out,
                [](const std::string&, const std::string& text) { return text; });
         option.flag("--force", "Overwrite files in DIR that tandem did not write", request->output.force);
-        option("--plots", "svg|png|off", "Format of the plots of export (default svg)", request->output.plots,
+        option("--plots", "svg|png|pdf|off", "Format of the plots of export (default svg)", request->output.plots,
                parse_plots);
         option.flag("--full", "Print all tables instead of a summary", request->full);
         add_printing(option, request->output);

@@ -101,8 +101,8 @@ IpoptLinearSolver parse_linear_solver(const std::string& option, const std::stri
 }
 
 std::optional<PlotFormat> parse_plots(const std::string& option, const std::string& text) {
-  return choose<std::optional<PlotFormat>>(option, text,
-                                           {{"svg", PlotFormat::svg}, {"png", PlotFormat::png}, {"off", {}}});
+  return choose<std::optional<PlotFormat>>(
+      option, text, {{"svg", PlotFormat::svg}, {"png", PlotFormat::png}, {"pdf", PlotFormat::pdf}, {"off", {}}});
 }
 
 Bounds<1> parse_interval(const std::string& option, const std::string& text) {

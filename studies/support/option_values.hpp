@@ -24,7 +24,7 @@ std::vector<Horizon> parse_horizons(const std::string& option, const std::string
 /// automatic, gauss-newton, exact or limited-memory
 Hessian parse_hessian(const std::string& option, const std::string& text);
 IpoptLinearSolver parse_linear_solver(const std::string& option, const std::string& text);  ///< block-cholesky or mumps
-std::optional<PlotFormat> parse_plots(const std::string& option, const std::string& text);  ///< svg, png or off
+std::optional<PlotFormat> parse_plots(const std::string& option, const std::string& text);  ///< svg, png, pdf or off
 /// MIN,MAX or MIN; ±inf is allowed for one of them.
 Bounds<1> parse_interval(const std::string& option, const std::string& text);
 Loss parse_loss(const std::string& option, const std::string& text);  ///< NAME or NAME:SCALE with one of loss_names()

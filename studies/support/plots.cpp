@@ -19,7 +19,9 @@ namespace {
 
 /// Returns whether the picture is complete. gnuplot does not report a full disk.
 bool complete(const std::string& picture, PlotFormat format) {
-  return picture.find(format == PlotFormat::svg ? "</svg>" : "IEND",
+  return picture.find(format == PlotFormat::svg   ? "</svg>"
+                      : format == PlotFormat::png ? "IEND"
+                                                  : "%%EOF",
                       picture.size() - std::min<std::size_t>(picture.size(), 64)) != std::string::npos;
 }
 
@@ -67,7 +69,7 @@ class PlotData {
 /// was not drawn.
 std::string draw(const std::filesystem::path& script, PlotFormat format, const PlotData& data,
                  const std::filesystem::path& folder) {
-  const std::string extension = format == PlotFormat::svg ? "svg" : "png";
+  const std::string extension = format == PlotFormat::svg ? "svg" : format == PlotFormat::png ? "png" : "pdf";
   const std::string name = script.stem().string() + "." + extension;
   const GnuplotRun run = run_gnuplot(script, {data.folder().string(), extension, "-"});
   if (!run.warning.empty()) return run.started ? fmt::format("{} was not drawn: {}", name, run.warning) : run.warning;

@@ -6,7 +6,7 @@
 
 namespace tandem {
 
-enum class PlotFormat { svg, png };
+enum class PlotFormat { svg, png, pdf };
 
 /// Returns the folder of the gnuplot scripts, share/tandem/plots.
 std::filesystem::path plot_scripts();

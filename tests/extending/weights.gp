@@ -1,6 +1,6 @@
 # Weights of the measurements after robust losses, over time.
 #
-#     gnuplot -c weights.gp FOLDER [svg|png]
+#     gnuplot -c weights.gp FOLDER [svg|png|pdf]
 #
 # of: estimate
 # needs: weights.csv

@@ -358,7 +358,7 @@ TEST(CommandLine, RejectsInvalidUsage) {
   EXPECT_THAT(estimate({"--max-keyframes", "-3"}), HasSubstr("--max-keyframes takes a positive integer"));
   EXPECT_THAT(estimate({"--max-iterations", "few"}), HasSubstr("--max-iterations takes a positive integer"));
   EXPECT_THAT(estimate({"--time-limit", "soon"}), HasSubstr("--time-limit: 'soon' is not a number"));
-  EXPECT_THAT(estimate({"--plots", "pdf"}), HasSubstr("--plots takes svg, png or off, not 'pdf'"));
+  EXPECT_THAT(estimate({"--plots", "gif"}), HasSubstr("--plots takes svg, png, pdf or off, not 'gif'"));
   if (ipopt_available()) {
     EXPECT_THAT(estimate({"--solver", "ipopt", "--ipopt", "tool=1"}), HasSubstr("did you mean tol?"));
   }

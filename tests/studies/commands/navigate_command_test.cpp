@@ -243,7 +243,7 @@ TEST_F(Navigate, RejectsInvalidOptions) {
   EXPECT_THAT(rejection_of({"--keyframe-interval", "soon"}), HasSubstr("--keyframe-interval"));
   EXPECT_THAT(rejection_of({"--after", "-1"}), HasSubstr("--after takes a non-negative number"));
   EXPECT_THAT(rejection_of({"--max-iterations", "0"}), HasSubstr("--max-iterations takes a positive integer"));
-  EXPECT_THAT(rejection_of({"--plots", "pdf"}), HasSubstr("--plots takes svg, png or off"));
+  EXPECT_THAT(rejection_of({"--plots", "gif"}), HasSubstr("--plots takes svg, png, pdf or off"));
   EXPECT_THAT(rejection_of({"--dvl-scale", "--without", "dvl"}), HasSubstr("--dvl-scale needs a dvl"));
   EXPECT_THAT(rejection_of({"--dvl-scale", "--preintegrated-dvl"}), HasSubstr("--preintegrated-dvl"));
   EXPECT_THAT(rejection_of({"--preintegrated-dvl", "--without", "imu"}), HasSubstr("--preintegrated-dvl needs"));

@@ -102,7 +102,7 @@ TEST(PaperCommand, RejectsInvalidUsage) {
   EXPECT_THAT(rejection({}), HasSubstr("required"));
   EXPECT_THAT(rejection({"fig3", "more"}), HasSubstr("unknown argument 'more'"));
   EXPECT_THAT(rejection({"fig3", "--solver", "ipop"}), HasSubstr("did you mean ipopt?"));
-  EXPECT_THAT(rejection({"fig3", "--plots", "pdf"}), HasSubstr("--plots takes svg, png or off, not 'pdf'"));
+  EXPECT_THAT(rejection({"fig3", "--plots", "gif"}), HasSubstr("--plots takes svg, png, pdf or off, not 'gif'"));
   EXPECT_THAT(rejection({"fig3", "--plot", "svg"}), HasSubstr("did you mean --plots?"));
 }
 

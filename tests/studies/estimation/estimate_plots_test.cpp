@@ -1,3 +1,7 @@
+#include <cmath>
+#include <regex>
+#include <set>
+
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -10,6 +14,7 @@
 namespace tandem {
 namespace {
 
+using testing::AllOf;
 using testing::HasSubstr;
 using testing::StartsWith;
 
@@ -50,6 +55,75 @@ TEST(EstimatePlots, DrawTrajectoriesAndErrors) {
   ASSERT_EQ(drawn(estimate, scenario, folder, PlotFormat::png), "");
   EXPECT_THAT(read_file(folder.path() / "trajectories.png"), StartsWith("\x89PNG"));
   EXPECT_THAT(read_file(folder.path() / "errors.png"), StartsWith("\x89PNG"));
+}
+
+/// A column of a paper is 3.5 inches wide: 336 pixels of an SVG, at 96 per inch.
+TEST(EstimatePlots, AreAsWideAsAColumn) {
+  TANDEM_NEEDS_GNUPLOT("plots of an estimate");
+  const ScratchFolder folder;
+  Scenario scenario;
+  const Estimate estimate = straight_line(scenario);
+  ASSERT_EQ(drawn(estimate, scenario, folder), "");
+  EXPECT_THAT(read_file(folder.path() / "errors.svg"), HasSubstr("width=\"336\""));
+  EXPECT_THAT(read_file(folder.path() / "errors.svg"), HasSubstr("font-size=\"10.6"));
+  ASSERT_EQ(drawn(estimate, scenario, folder, PlotFormat::pdf), "");
+  const std::string pdf = read_file(folder.path() / "errors.pdf");
+  EXPECT_THAT(pdf, StartsWith("%PDF"));
+  EXPECT_THAT(pdf, HasSubstr("/MediaBox [ 0 0 252 "));
+}
+
+TEST(EstimatePlots, ShowTimeSinceStartOrUtc) {
+  TANDEM_NEEDS_GNUPLOT("plots of an estimate");
+  const ScratchFolder folder;
+  Scenario scenario;
+  Estimate estimate = straight_line(scenario);
+  const auto shift = [&](double by) {
+    for (Keyframe& k : estimate.keyframes) k.t += by;
+    for (KeyframeError& e : estimate.errors) e.t += by;
+    EXPECT_EQ(drawn(estimate, scenario, folder), "");
+    return read_file(folder.path() / "errors.svg");
+  };
+  EXPECT_THAT(shift(1000), AllOf(HasSubstr("time since start"), HasSubstr(">0:00:04<")));
+  EXPECT_THAT(shift(1732600000 - 1000), AllOf(HasSubstr("UTC, 2024-11-26"), HasSubstr(">05:46:44<")));
+}
+
+TEST(EstimatePlots, TellTheTrueTrajectoriesApart) {
+  TANDEM_NEEDS_GNUPLOT("plots of an estimate");
+  const ScratchFolder folder;
+  Scenario scenario;
+  const Estimate estimate = straight_line(scenario);
+  ASSERT_EQ(drawn(estimate, scenario, folder), "");
+  EXPECT_THAT(read_file(folder.path() / "trajectories.svg"), AllOf(HasSubstr("true chaser"), HasSubstr("true target")));
+}
+
+/// Where nothing is estimated, as the yaw of a point, the band has no height.
+TEST(EstimatePlots, BandEndsWhereNothingIsEstimated) {
+  TANDEM_NEEDS_GNUPLOT("plots of an estimate");
+  const ScratchFolder folder;
+  folder.write("summary.json", "{}");
+  const auto heights = [&](const std::string& bound_at_2) {  // of the points of all areas: the band and its key
+    std::string rows;
+    for (int k = 0; k < 5; ++k)
+      rows += std::to_string(k) + ",none,,,,,,,,," + (k == 2 ? bound_at_2 : "3") + ",0,0,,,\n";
+    folder.write(
+        "errors.csv",
+        "t,type,position_error_m,orientation_error_deg,error_x_m,error_y_m,error_z_m,error_rx_deg,error_ry_deg,"
+        "error_rz_deg,three_sigma_x_m,three_sigma_y_m,three_sigma_z_m,three_sigma_rx_deg,three_sigma_ry_deg,"
+        "three_sigma_rz_deg\n" +
+            rows);
+    EXPECT_EQ(draw_plots("estimate", PlotFormat::svg, folder.path()), "");
+    const std::string svg = read_file(folder.path() / "errors.svg");
+    const std::regex area("<polygon[^>]*>"), point("[0-9.]+,([0-9.]+)");
+    std::set<std::string> all;
+    for (auto of = std::sregex_iterator(svg.begin(), svg.end(), area); of != std::sregex_iterator(); ++of) {
+      const std::string polygon = of->str();
+      for (auto it = std::sregex_iterator(polygon.begin(), polygon.end(), point); it != std::sregex_iterator(); ++it)
+        all.insert((*it)[1]);
+    }
+    return all.size();
+  };
+  EXPECT_EQ(heights("3"), 4u) << "lower and upper bound";
+  EXPECT_EQ(heights(""), 5u) << "and zero";
 }
 
 TEST(EstimatePlots, OmitErrorsWithoutTruth) {
