@@ -31,17 +31,17 @@ bool equal(const ImuSample& a, const ImuSample& b) {
 std::string_view text(ImuFault fault) {
   switch (fault) {
     case ImuFault::missing:
-      return "have no value";
+      return "without a value";
     case ImuFault::out_of_range:
-      return "are beyond the range of the sensor";
+      return "beyond the range of the sensor";
     case ImuFault::no_gravity:
-      return "show no gravity";
+      return "without gravity";
     case ImuFault::frozen:
-      return "repeat the values of all axes";
+      return "with repeated values of all axes";
     case ImuFault::spike:
       break;
   }
-  return "are far from the samples before";
+  return "far from the samples before";
 }
 
 ImuScreen::ImuScreen(const ImuSensor& sensor)

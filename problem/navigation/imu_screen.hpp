@@ -17,7 +17,7 @@ enum class ImuFault {
 };
 inline constexpr int kImuFaults = 5;
 
-/// Completes a sentence about samples, e.g. "10 samples", for a table or a message: "show no gravity".
+/// Completes a sentence about samples, e.g. "10 samples": "without gravity".
 std::string_view text(ImuFault fault);
 
 /// Judges the samples of an IMU one by one, in time order. Batch estimation and online estimation use the same rules.

@@ -212,8 +212,7 @@ void drop_implausible(ImuSensor& imu, std::vector<NavigationFinding>& findings) 
   imu.samples.resize(kept, {0, Vector<3>::Zero(), Vector<3>::Zero()});
   for (int i = 0; i < kImuFaults; ++i)
     if (const ScreenedLines& of = found[std::size_t(i)]; of.count > 0)
-      findings.push_back(
-          {Kind::implausible, imu.name, of.count, of.from, of.to, "that " + std::string(text(ImuFault(i)))});
+      findings.push_back({Kind::implausible, imu.name, of.count, of.from, of.to, std::string(text(ImuFault(i)))});
 }
 
 /// Finds intervals without measurements of a sensor, in a recording from `first` to `last` [s]. `in_between` includes

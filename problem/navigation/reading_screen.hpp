@@ -19,7 +19,7 @@ enum class ReadingFault {
 };
 inline constexpr int kReadingFaults = 4;
 
-/// Completes a sentence about lines, e.g. "3 lines": "repeat one value; the sensor may be stuck".
+/// Completes a sentence about lines, e.g. "3 lines": "with a repeated value; the sensor may be stuck".
 std::string_view text(ReadingFault fault);
 
 /// The numbers of a measurement.

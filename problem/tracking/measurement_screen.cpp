@@ -93,8 +93,7 @@ namespace {
 void screen_odometry(std::vector<Stamped<SE3>>& poses, std::vector<NavigationFinding>& findings) {
   using Kind = NavigationFinding::Kind;
   NavigationFinding missing{Kind::implausible, "odometry", 0, 0, 0, std::string(text(ReadingFault::missing))};
-  NavigationFinding displaced{
-      Kind::implausible, "odometry", 0, 0, 0, "that are farther away than the vehicle can move"};
+  NavigationFinding displaced{Kind::implausible, "odometry", 0, 0, 0, "farther away than the vehicle can move"};
   const auto discard = [](NavigationFinding& finding, double t) {
     if (finding.count++ == 0) finding.from = t;
     finding.to = t;

@@ -138,7 +138,8 @@ MaybeRejection OnlineEstimator::Streams::add_imu(const ImuSample& sample) {
   if (const auto fault = imu_screen_->judge(judged)) {
     process_until(sample.t);  // the time passes
     return Rejection{Kind::implausible,
-                     name + ": samples " + std::string(text(*fault)) + " at " + seconds_text(sample.t), sample.t};
+                     name + ": rejected a sample at " + seconds_text(sample.t) + " " + std::string(text(*fault)),
+                     sample.t};
   }
   last_imu_ = sample.t;
   if (window_->has_chain()) {
@@ -180,7 +181,8 @@ MaybeRejection OnlineEstimator::Streams::why_implausible(std::size_t index, cons
   const auto fault = screens_[index].judge(t, reading);
   if (!fault) return {};
   process_until(t);
-  return Rejection{Kind::implausible, name + ": a line " + std::string(text(*fault)) + " at " + seconds_text(t), t};
+  return Rejection{Kind::implausible,
+                   name + ": rejected a line at " + seconds_text(t) + " " + std::string(text(*fault)), t};
 }
 
 MaybeRejection OnlineEstimator::Streams::enqueue(double stamp, double valid, OnlineEvent event) {

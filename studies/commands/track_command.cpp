@@ -1,6 +1,7 @@
 #include <cerrno>
 #include <cstdio>
 #include <cstring>
+#include <map>
 
 #include <fmt/format.h>
 #include <unistd.h>
@@ -130,7 +131,13 @@ TrackOptions track_options(const TrackRequest& request) {
   if (online.lag.max_keyframes > 0) online.lag.window = HUGE_VAL;
   if (request.window) online.lag.window = *request.window;
   options.stop = &interrupted();
-  if (!request.output.quiet) options.on_notice = LimitedWarnings("notices", warn);
+  if (!request.output.quiet) {
+    options.on_notice = LimitedWarnings("notices", warn);
+    options.on_rejected_value = [warnings = std::map<std::string, LimitedWarnings>()](
+                                    const std::string& sensor, const std::string& sentence) mutable {
+      warnings.try_emplace(sensor, "lines of " + printable(sensor) + " rejected", warn).first->second(sentence);
+    };
+  }
   if (request.json_lines && request.output.json)
     throw Error("--json-lines and --json exclude each other: one line for each update, or one summary");
   if ((request.rate || request.covariance) && !request.json_lines)

@@ -1,7 +1,6 @@
 #include <chrono>
 #include <cmath>
 #include <deque>
-#include <map>
 #include <thread>
 
 #include <fmt/format.h>
@@ -11,7 +10,6 @@
 #include <tandem/studies/online/replay_log.hpp>
 #include <tandem/studies/online/track.hpp>
 #include <tandem/studies/support/input_file.hpp>
-#include <tandem/studies/support/limited_warnings.hpp>
 #include <tandem/studies/support/resources.hpp>
 #include <tandem/studies/support/text.hpp>
 
@@ -239,15 +237,14 @@ class Tracker {
     return std::visit(missing, line.data);
   }
 
-  /// Reports the first rejected lines of a sensor with their times, then only their numbers.
+  /// Counts a rejected line, and reports it if its value is wrong.
   void report(const std::string& sensor, const Rejection& why) {
     if (replaying_) return;
     result_.rejected_lines.add(sensor, reason_of(why.kind, estimator_.has_target()));
     if (why.kind == Rejection::Kind::implausible || why.kind == Rejection::Kind::outside_gate) warn(sensor, why.text);
   }
   void warn(const std::string& sensor, const std::string& sentence) {
-    if (replaying_ || !options_.on_notice) return;
-    warnings_.try_emplace(sensor, "lines of " + sensor + " rejected", options_.on_notice).first->second(sentence);
+    if (!replaying_ && options_.on_rejected_value) options_.on_rejected_value(sensor, sentence);
   }
 
   void add_recent(std::size_t sensor, const Measurement& m) {
@@ -363,8 +360,7 @@ class Tracker {
   ReplayLog log_;
   SE3 to_world_{};  // from the estimator's world, which restarts at the odometry pose, to that of the resumed track
   bool replaying_ = false;
-  std::map<std::string, LimitedWarnings> warnings_;  // by sensor
-  double recorded_until_ = -HUGE_VAL;                // s: the earlier process has recorded updates up to this time
+  double recorded_until_ = -HUGE_VAL;  // s: the earlier process has recorded updates up to this time
 };
 
 }  // namespace

@@ -50,6 +50,7 @@ Tracked run_lines(const Recording& recording, const std::string& text) {
   options.online.lag.max_iterations = 12;
   const auto add_message = [&](const std::string& sentence) { run.messages += sentence + "\n"; };
   options.on_notice = add_message;
+  options.on_rejected_value = [&](const std::string&, const std::string& sentence) { add_message(sentence); };
   const std::atomic<bool> stop{false};
   std::size_t given = 0;
   StreamFeed feed(
