@@ -396,8 +396,9 @@ class Problem {
   std::vector<Pool> pools_;
   // Key: C++ type of the residual, hard, and the type itself if it was made at run time.
   std::map<std::tuple<std::type_index, bool, const detail::ResidualType*>, int> pool_of_type_;
-  int prior_pool_ = -1;      // pool of the marginal prior, −1 before the first marginalize()
-  double loss_scale_ = 1.0;  // copied to every soft pool
+  int prior_pool_ = -1;       // pool of the marginal prior, −1 before the first marginalize()
+  int constraint_pool_ = -1;  // pool of the marginal constraint, likewise
+  double loss_scale_ = 1.0;   // copied to every soft pool
   std::uint64_t serial_ = detail::new_problem_serial();
   // Revision counters. Each NlpEvaluator compares them to detect changes of the structure (variables and blocks), of
   // values, and of bounds, noises, losses and residuals. point_owner_: evaluator whose point the state stores hold.
