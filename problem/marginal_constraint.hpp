@@ -34,6 +34,9 @@ class MarginalConstraint final : public HardPoolBase {
     throw BadInputError(
         "the marginal constraint cannot be part of a Subproblem; choose variables that it does not read");
   }
+  void points(int, const void**) const override {
+    throw BadInputError("the points of a marginal constraint are not available");
+  }
   void set_residual(int, const void*) override {
     throw BadInputError("set_residual: a marginal constraint cannot be replaced");
   }
