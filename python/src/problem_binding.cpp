@@ -259,6 +259,8 @@ void bind_problem(py::module_& m) {
           const auto& variable = x.cast<const PyVariable&>();
           return py::cast(PyVariable{self.read().counterpart(Variable<R3>(variable.handle)), variable.group});
         }
+        if (!py::isinstance<PyVariables>(x))
+          throw py::type_error("counterpart: expected a variable or an array of them");
         PyVariables result{{}, x.cast<const PyVariables&>().group};
         for (const VariableHandle& handle : x.cast<const PyVariables&>().handles)
           result.handles.push_back(self.read().counterpart(Variable<R3>(handle)));

@@ -12,6 +12,7 @@
 
 #include <tandem/problem/stop.hpp>
 
+#include "interrupt.hpp"
 #include "python_error.hpp"
 
 namespace tandem::python {
@@ -153,7 +154,11 @@ void PythonResidual::call(const PythonResidual* const* residuals, const void* co
       throw py::error_already_set();
     }
   } catch (const py::error_already_set& error) {
-    if (error.matches(PyExc_KeyboardInterrupt)) throw Stopped(name + ": interrupted");
+    if (error.matches(PyExc_KeyboardInterrupt)) {
+      // The solver needs this evaluation to end at its best point.
+      if (SolveStop::request()) return call(residuals, x, count, jacobians);
+      throw Stopped(name + ": interrupted");
+    }
     if (error.matches(exception_class("UndefinedResidualError")))
       throw UndefinedResidualError(std::string(py::str(error.value())));
     throw PythonError(name, error);

@@ -9,6 +9,7 @@
 #include <tandem/solvers/ipopt.hpp>
 #include <tandem/solvers/nlopt.hpp>
 
+#include "interrupt.hpp"
 #include "problem_object.hpp"
 #include "python_error.hpp"
 
@@ -110,6 +111,7 @@ Summary run(PyProblem& self, Solver options, const std::string& name, const py::
   PyProblem::Solve solving(self);
   Problem& problem = self.read();
   std::atomic<bool> stop = false;
+  const SolveStop of_this_thread(stop);
   options.stop = &stop;
   options.progress = [&](const Progress& p) {
     const py::gil_scoped_acquire lock;

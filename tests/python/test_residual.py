@@ -142,6 +142,23 @@ def test_exceptions_pass_every_solver(solver):
         p.solve(solver).require_converged()
 
 
+def test_interrupt_within_a_residual_returns_the_best_point():
+    import _thread
+    calls = []
+
+    def slow(x):
+        calls.append(1)
+        if len(calls) == 5:
+            _thread.interrupt_main()
+        return np.sin(x) + 2
+
+    p = tandem.Problem()
+    x = p.add(R1([3.0]), "x")
+    p.minimize(tandem.residual(slow, dim=1), 1.0, x)
+    summary = p.solve(gradient_tolerance=1e-300, cost_tolerance=0.0, step_tolerance=0.0)
+    assert summary.status == "interrupted" and np.isfinite(summary.cost)
+
+
 def test_wrong_sizes_name_the_size_wanted():
     p = tandem.Problem()
     x = p.add(R2([0.0, 0.0]), "x")
