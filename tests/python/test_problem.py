@@ -335,6 +335,19 @@ def test_interrupted_solve_returns_the_best_point():
     assert summary.status in ("interrupted", "converged") and np.isfinite(summary.cost)
 
 
+def solved_cost(seed):
+    p, *_ = chain(3000, seed)
+    return p.solve(max_iterations=3).cost
+
+
+def test_problems_are_solved_in_forked_and_spawned_processes():
+    import multiprocessing
+    expected = solved_cost(1)  # starts threads before the fork
+    for method in ("fork", "spawn"):
+        with multiprocessing.get_context(method).Pool(2) as pool:
+            assert pool.map_async(solved_cost, [1, 1]).get(timeout=120) == [expected] * 2
+
+
 def test_many_residuals_by_one_call():
     n = 100000
     p = tandem.Problem()
