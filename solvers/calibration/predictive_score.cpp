@@ -37,7 +37,9 @@ constexpr std::array<std::array<double, kCoverageLevels.size()>, kMaxRows> kQuan
                                                                                           {4.3515, 11.0705, 15.0863},
                                                                                           {5.3481, 12.5916, 16.8119}}};
 
-enum Kind { gap, sensor, ahead };
+constexpr double kShortGap = 0.25;  // length of short gaps, relative to that of the blocks
+
+enum Kind { gap, short_gap, sensor, ahead };
 
 /// Measurements that are held out at once, by index.
 struct Fold {
@@ -46,18 +48,18 @@ struct Fold {
   std::vector<bool> scored{};  // empty: all
 };
 
-std::int64_t time_block(const ScoredMeasurement& m, const ScoreOptions& options) {
-  return std::int64_t(std::floor(m.t / options.block_length));
+std::int64_t time_block(const ScoredMeasurement& m, const ScoreOptions& options, double share = 1) {
+  return std::int64_t(std::floor(m.t / (share * options.block_length)));
 }
 
 void add_folds(const std::vector<ScoredMeasurement>& all, const ScoreOptions& options, Kind kind, int sensor,
                std::vector<Fold>& folds) {
   // A sensor alone leaves the others, so a larger share of it can be held out at once.
-  const std::int64_t n = kind == gap ? options.folds : std::max(2, options.folds / 2);
+  const std::int64_t n = kind == Kind::sensor ? std::max(2, options.folds / 2) : options.folds;
   std::vector<Fold> group(std::size_t(n), Fold{kind, {}});
   for (std::size_t i = 0; i < all.size(); ++i) {
     if (kind == Kind::sensor && all[i].sensor != sensor) continue;
-    const std::int64_t rest = time_block(all[i], options) % n;
+    const std::int64_t rest = time_block(all[i], options, kind == short_gap ? kShortGap : 1) % n;
     group[std::size_t(rest < 0 ? rest + n : rest)].held_out.push_back(i);
   }
   for (Fold& fold : group)
@@ -89,6 +91,7 @@ void add_predictions_ahead(const std::vector<ScoredMeasurement>& all, const Scor
 std::vector<Fold> folds_of(const std::vector<ScoredMeasurement>& all, const ScoreOptions& options) {
   std::vector<Fold> folds;
   add_folds(all, options, gap, 0, folds);
+  add_folds(all, options, short_gap, 0, folds);
   std::set<int> sensors;
   for (const ScoredMeasurement& m : all) sensors.insert(m.sensor);
   if (options.by_sensor && sensors.size() > 1)

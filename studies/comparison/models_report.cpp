@@ -229,14 +229,15 @@ std::string models_report(const std::string& scenario, const std::vector<ModelRe
                       scenario, solvers.empty() ? "" : " (solved by " + solvers + ")", table.str());
   if (rows < results.size())
     text += fmt::format("… and {} more. All models: --full, or models.csv in --out.\n", results.size() - rows);
+  for (const ModelResult& r : results)
+    if (!r.why_no_score.empty()) text += fmt::format("{} has no score: {}\n", r.name, r.why_no_score);
+  if (columns.empty()) text += "\nErrors are not available, because the scenario has no truth.\n";
   if (scored)
     text +=
         "\nThe log likelihood is relative to the best model, ± its standard error. Costs of different models are not "
         "comparable.\n" +
         recommendation(results) + "\n";
-  for (const ModelResult& r : results)
-    if (!r.why_no_score.empty()) text += fmt::format("{} has no score: {}\n", r.name, r.why_no_score);
-  if (columns.empty()) return text + "\nErrors are not available, because the scenario has no truth.\n";
+  if (columns.empty()) return text;
   return text + "\n* least error of the column, to 1 %. Costs of different models are not comparable.\n";
 }
 

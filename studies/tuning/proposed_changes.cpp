@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <cmath>
+#include <set>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -18,6 +19,7 @@ constexpr double kWhiteShare = 0.5;     // of a stated noise that is split into 
 constexpr double kLeastVariance = 0.5;  // of the stated noise, that noise and bias must keep together
 constexpr double kFactor = 2;           // of refinements
 constexpr double kCheckedShare = 0.25;  // of the measurements of a sensor, at which another one measures, too
+constexpr double kCheckedReach = 0.25;  // largest distance of these times, relative to the steps of the sensors
 constexpr std::size_t kFewest = 8;      // measurements of a sensor that can tell its errors
 
 std::vector<double> scaled(std::vector<double> values, double factor) {
@@ -102,24 +104,26 @@ class Proposals {
   bool is_checked(const std::string& name) const {
     const TargetSensor* const sensor = target_sensor(name);
     if (!sensor) return true;  // the chaser's own sensors check each other
-    std::size_t checked = 0;
-    for (const Measurement& m : sensor->measurements) {
-      const auto near = [&](const TargetSensor& other) {
-        const double reach = 0.5 * std::min(spacing(*sensor), spacing(other));
-        return other.name != name &&
-               std::any_of(other.measurements.begin(), other.measurements.end(), [&](const Measurement& o) {
-                 return std::abs(other.valid_at(o) - sensor->valid_at(m)) <= reach;
-               });
-      };
-      checked += std::any_of(scenario_.data.sensors.begin(), scenario_.data.sensors.end(), near);
+    const std::vector<double> own = times_of(*sensor);
+    std::set<std::size_t> checked;
+    for (const TargetSensor& other : scenario_.data.sensors) {
+      if (other.name == name) continue;
+      const std::vector<double> theirs = times_of(other);
+      const double reach = kCheckedReach * std::min(detail::median_step(own), detail::median_step(theirs));
+      for (std::size_t i = 0; i < own.size(); ++i) {
+        const auto next = std::lower_bound(theirs.begin(), theirs.end(), own[i] - reach);
+        if (next != theirs.end() && *next <= own[i] + reach) checked.insert(i);
+      }
     }
-    return double(checked) >= kCheckedShare * double(sensor->measurements.size());
+    return double(checked.size()) >= kCheckedShare * double(own.size());
   }
 
-  static double spacing(const TargetSensor& sensor) {
+  /// Returns the times of validity, in order.
+  static std::vector<double> times_of(const TargetSensor& sensor) {
     std::vector<double> times;
-    for (const Measurement& m : sensor.measurements) times.push_back(m.t);
-    return detail::median_step(times);
+    for (const Measurement& m : sensor.measurements) times.push_back(sensor.valid_at(m));
+    std::sort(times.begin(), times.end());
+    return times;
   }
 
   void sensor(const CalibratedEntry& entry) {

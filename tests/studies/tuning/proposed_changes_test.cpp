@@ -66,7 +66,7 @@ TEST(ProposedChanges, HaveDriftingBiasesOfSensorsThatCheckEachOther) {
 
 /// Between the fixes of a sensor, the motion of the target explains what a bias would.
 TEST(ProposedChanges, HaveNoSystematicErrorsOfLoneSensors) {
-  for (const std::string& text : texts(proposed_changes(two_sensors(0.5 + 1e-3), {}, residuals(true))))
+  for (const std::string& text : texts(proposed_changes(two_sensors(0.5), {}, residuals(true))))
     EXPECT_EQ(text.find("--error"), text.npos) << text;
 }
 
