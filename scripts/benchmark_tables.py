@@ -376,5 +376,16 @@ def measure_rendezvous(session):
                    rows)
 
 
+def measure_faults(session):
+    command = ["scripts/fault_matrix", "dive", "docking", "--seconds", "100"]
+    print("$", shlex.join(command), flush=True)
+    done = subprocess.run([os.path.join(ROOT, command[0]), *command[1:], "--build", session.build], cwd=ROOT,
+                          stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    table = [line for line in done.stdout.splitlines() if line.startswith("|")]
+    if done.returncode not in (0, 1) or len(table) < 3:
+        raise Failure(f"{shlex.join(command)}: exit status {done.returncode}: {done.stderr.strip()[-500:]}")
+    return ["    " + shlex.join(command), "", *table]
+
+
 TABLES = {name[len("measure_"):]: function for name, function in list(globals().items())
           if name.startswith("measure_")}

@@ -105,9 +105,9 @@ std::string timestamp_overlap_warning(const Scenario& settings) {
 FeedStreams::FeedStreams(const Scenario& settings) : frame_(settings.frame), planar_(settings.data.planar) {
   const auto add = [&](Kind kind, std::size_t sensor, const std::string& name, const std::filesystem::path& file,
                        const std::string& columns, bool may_repeat, const std::vector<double>& missing = {}) {
-    const bool odometry = kind == Kind::odometry;
-    const RowFormat plain = RowFormat::csv(columns), csv = odometry ? plain : plain.with_missing_values();
-    streams_.push_back({kind, sensor, name, file, odometry ? RowFormat::tum() : csv, csv, may_repeat, missing});
+    const RowFormat csv = RowFormat::csv(columns).with_missing_values();
+    const RowFormat in_file = kind == Kind::odometry ? RowFormat::tum().with_missing_values() : csv;
+    streams_.push_back({kind, sensor, name, file, in_file, csv, may_repeat, missing});
   };
   if (settings.files.odometry) add(Kind::odometry, 0, "odometry", *settings.files.odometry, pose_columns, false);
   if (settings.navigation) {

@@ -229,7 +229,7 @@ class Tracker {
   /// Returns whether the line marks missing data (is_missing() of its row).
   static bool is_missing(const FeedLine& line) {
     struct {
-      bool operator()(const Stamped<SE3>&) const { return false; }
+      bool operator()(const Stamped<SE3>& pose) const { return std::isnan(pose.value.translation().x()); }
       bool operator()(const ImuSample& s) const { return std::isnan(s.specific_force.x()); }
       bool operator()(const EgoMeasurement& m) const { return std::isnan(m.value.x()); }
       bool operator()(const Measurement& m) const { return std::isnan(m.position.x()); }

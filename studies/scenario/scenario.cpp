@@ -26,6 +26,23 @@ std::vector<Stamped<SE3>> trajectory(const Scenario& scenario, const Table& tabl
   return result;
 }
 
+/// Removes the rows that stand for missing poses, and reports them.
+Table without_missing_poses(const Table& table, std::vector<NavigationFinding>& findings) {
+  Table kept{table.file, table.columns, {}, {}};
+  NavigationFinding missing{NavigationFinding::Kind::not_finite, "odometry"};
+  for (std::size_t i = 0; i < table.rows(); ++i) {
+    if (is_missing_pose(table.row(i))) {
+      if (missing.count++ == 0) missing.from = table.t(i);
+      missing.to = table.t(i);
+      continue;
+    }
+    kept.values.insert(kept.values.end(), table.row(i), table.row(i) + table.columns);
+    kept.lines.push_back(table.lines[i]);
+  }
+  if (missing.count > 0) findings.push_back(missing);
+  return kept;
+}
+
 /// Returns a true trajectory. Throws Error on coordinates so large that error statistics would overflow.
 std::vector<Stamped<SE3>> true_trajectory(const Scenario& scenario, const Table& table) {
   constexpr double kMaxCoordinate = 1e12;  // m
@@ -57,7 +74,8 @@ class ScenarioReader {
     read_undeclared_sensors();
     if (!scenario_.navigation || has_odometry() || !data_.sensors.empty() || yaml_.has("noise"))
       read_noise(yaml_.section("noise"));
-    if (all_rows()) scenario_.findings = screen(data_);
+    if (all_rows())
+      for (NavigationFinding& finding : screen(data_)) scenario_.findings.push_back(std::move(finding));
     if (!scenario_.navigation &&
         std::all_of(data_.sensors.begin(), data_.sensors.end(),
                     [&](const TargetSensor& sensor) { return all_rows() && sensor.measurements.empty(); }))
@@ -139,7 +157,7 @@ class ScenarioReader {
     const std::filesystem::path file = file_in(folder_, "chaser_odometry.tum");
     scenario_.files.odometry = file;
     if (!all_rows()) return;
-    const Table table = read_tum(file, stop_);
+    const Table table = without_missing_poses(tandem::read_odometry(file, stop_), scenario_.findings);
     if (table.rows() < 2) throw Error(fmt::format("{} must have at least two poses", table.file.string()));
     data_.odometry = trajectory(scenario_, table);
   }

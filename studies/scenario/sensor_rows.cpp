@@ -168,7 +168,10 @@ ImuSample imu_sample(const double* row, const Frame& frame, std::span<const doub
   return {row[0], frame.body(Vector<3>(row + 1)), frame.body(Vector<3>(row + 4))};
 }
 
+bool is_missing_pose(const double* row) { return is_zero(row + 4) || is_missing({row + 1, 7}, {}); }
+
 Stamped<SE3> world_pose(const double* row, const Frame& frame, bool planar) {
+  if (is_missing_pose(row)) return {row[0], SE3(SO3(), Vector<3>::Constant(NAN))};
   return {row[0], internal_pose(SE3(rotation(row + 4), Vector<3>(row + 1)), frame, planar)};
 }
 

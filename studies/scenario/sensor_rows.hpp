@@ -35,7 +35,9 @@ EgoMeasurement ego_measurement(EgoSensorType type, const double* row, const Fram
 /// Returns the row of a measurement in ENU-FLU, without its time.
 Eigen::VectorXd numbers(EgoSensorType type, const EgoMeasurement& m);
 ImuSample imu_sample(const double* row, const Frame& frame, std::span<const double> missing = {});
-/// Returns a pose in the world from a row of `pose_columns`.
+/// Returns whether a row of `pose_columns` stands for a missing pose; see is_missing().
+bool is_missing_pose(const double* row);
+/// Returns a pose in the world from a row of `pose_columns`; NaN if it is missing.
 Stamped<SE3> world_pose(const double* row, const Frame& frame, bool planar);
 /// Converts a pose in the frame of the files to ENU-FLU, and projects it onto the plane if `planar`.
 SE3 internal_pose(const SE3& as_written, const Frame& frame, bool planar);

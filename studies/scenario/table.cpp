@@ -134,6 +134,11 @@ Table read_tum(const std::filesystem::path& file, const Stop& stop) {
   return read_table(rows, stop);
 }
 
+Table read_odometry(const std::filesystem::path& file, const Stop& stop) {
+  RowFile rows(file, RowFormat::tum().with_missing_values(), TimeOrder::repeating);
+  return read_table(rows, stop);
+}
+
 std::vector<Stamped<SE3>> poses(const Table& table) {
   std::vector<Stamped<SE3>> result;
   result.reserve(table.rows());

@@ -116,6 +116,8 @@ Table read_sensor_rows(const std::filesystem::path& file, const std::string& hea
 
 /// Reads a trajectory in the TUM format: t x y z qx qy qz qw, separated by blanks. Times may repeat; see poses().
 Table read_tum(const std::filesystem::path& file, const Stop& stop = {});
+/// Reads an odometry in the TUM format with missing values.
+Table read_odometry(const std::filesystem::path& file, const Stop& stop = {});
 
 /// Returns the poses of a table with the columns t x y z qx qy qz qw. Normalises the quaternions. Skips a repeated pose
 /// (same time, within 1 mm and 1 mrad). Throws Error on different poses at the same time, and on a quaternion whose

@@ -160,7 +160,7 @@ void all_cells(Line& line, const std::string& text) {
 
 std::vector<Fault> make_faults() {
   const std::string unread = "malformed", absurd = "implausible value", jumped = "time jumps away";
-  const std::string arrival = "timed by arrival";
+  const std::string arrival = "timed by arrival", missing = "missing value";
   std::vector<Fault> faults = {
       {"a value of 1e308", value(On::sensor, 1, "1e308"), absurd},
       {"a value of -1e308", value(On::sensor, 1, "-1e308"), ""},
@@ -173,9 +173,9 @@ std::vector<Fault> make_faults() {
       {"all values 1e308", extra(On::sensor, 1, [](Line& l) { all_cells(l, "1e308"); }), ""},
       {"every stream reads 1e308", extra(On::all, 10, [](Line& l) { l.cells[0] = "1e308"; }), absurd},
       {"text instead of a value", value(On::sensor, 1, "abc"), unread},
-      {"nan", value(On::sensor, 1, "nan"), unread},
+      {"nan", value(On::sensor, 1, "nan"), missing},
       {"infinity", value(On::sensor, 1, "inf"), unread},
-      {"an empty cell", value(On::sensor, 1, ""), unread},
+      {"an empty cell", value(On::sensor, 1, ""), missing},
       {"too few columns", extra(On::sensor, 1, [](Line& l) { l.cells.pop_back(); }), unread},
       {"too many columns", extra(On::sensor, 1, [](Line& l) { l.cells.push_back("1"); }), unread},
       {"garbage", raw(200, "$!%,;;\x01\x02,9"), "malformed"},
@@ -185,7 +185,7 @@ std::vector<Fault> make_faults() {
       {"two lines in one", joined_lines, ""},
       {"motion of 1e308", value(On::motion, 1, "1e308"), absurd},
       {"motion of 1e6", value(On::motion, 1, "1e6"), ""},
-      {"motion of nan", value(On::motion, 1, "nan"), unread},
+      {"motion of nan", value(On::motion, 1, "nan"), missing},
       {"a zero quaternion in the odometry", extra(On::motion, 1, [](Line& l) { all_cells(l, "0"); }), "", true},
       {"a jump of the odometry", displaced_origin, "jumped to a new origin", true},
       {"a stamp of motion 300 s ahead", stamped(On::motion, 1, 300), jumped},
