@@ -70,6 +70,8 @@ TEST(EstimatePlots, AreAsWideAsAColumn) {
   const std::string pdf = read_file(folder.path() / "errors.pdf");
   EXPECT_THAT(pdf, StartsWith("%PDF"));
   EXPECT_THAT(pdf, HasSubstr("/MediaBox [ 0 0 252 "));
+  ASSERT_EQ(drawn(estimate, scenario, folder, PlotFormat::png), "");
+  EXPECT_EQ(read_file(folder.path() / "errors.png").substr(16, 4), std::string("\0\0\x04\x1a", 4)) << "300 per inch";
 }
 
 TEST(EstimatePlots, ShowTimeSinceStartOrUtc) {
