@@ -180,6 +180,23 @@ void ActiveSetSolve::correct_step() {
   rows_.solve(cholesky_, gradient_, b_, step_, y_);
 }
 
+/// Tries a second-order correction, then shorter steps. Returns whether one is accepted.
+bool ActiveSetSolve::try_corrected_and_shorter_steps(FunctionRef<bool(double merit)> is_accepted) {
+  const Eigen::VectorXd full = step_, multipliers = y_;
+  nlp_.reset();
+  correct_step();
+  if (is_accepted(merit_at_step())) return true;
+  y_ = multipliers;
+  for (const double fraction : {0.5, 0.2, 0.05}) {
+    nlp_.reset();
+    step_ = fraction * full;
+    predicted_ *= fraction;
+    if (is_accepted(merit_at_step())) return true;
+    predicted_ /= fraction;
+  }
+  return false;
+}
+
 bool ActiveSetSolve::try_step() {
   auto& s = session_.summary;
   const double min_gain = options_.cost_tolerance * std::max(1.0, s.cost);
@@ -187,13 +204,7 @@ bool ActiveSetSolve::try_step() {
   const auto is_accepted = [&](double merit) {
     return std::isfinite(merit) && before - merit >= std::min(1e-4 * predicted_, -rounding + predicted_);
   };
-  double merit = merit_at_step();
-  if (!is_accepted(merit) && std::isfinite(merit)) {
-    nlp_.reset();
-    correct_step();
-    merit = merit_at_step();
-  }
-  if (!is_accepted(merit)) {
+  if (!is_accepted(merit_at_step()) && !try_corrected_and_shorter_steps(is_accepted)) {
     nlp_.reset();
     return give_up();
   }

@@ -17,7 +17,7 @@ namespace tandem::detail {
 /// would violate enter it, until it is that of the model's solution (Hintermüller, Ito & Kunisch 2002, The primal-dual
 /// active set strategy). If it does not change, a step needs one factorisation, as without constraints.
 ///
-/// The method gives up if the active set cycles or a full step does not reduce the ℓ1 merit function. The caller then
+/// The method gives up if the active set cycles, if steps do not reduce the ℓ1 merit function, or after max_iterations. The caller then
 /// uses a globally convergent solver.
 class ActiveSetSolve {
  public:
@@ -42,6 +42,7 @@ class ActiveSetSolve {
   double merit_at_step();
   bool try_step();
   void correct_step();
+  bool try_corrected_and_shorter_steps(FunctionRef<bool(double merit)> is_accepted);
   double remaining_gain();
   bool give_up();
 
