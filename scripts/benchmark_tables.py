@@ -158,6 +158,34 @@ def measure_monte_carlo(session):
                    [f"{trials} seeds", "position [m]", "pose [m]", "none [m]", "pose [°]", "NEES"], rows)
 
 
+def measure_live_constraints(session):
+    seeds = 20 if session.full else 5
+    roles = {"none": [], "soft": ["--non-holonomic", "soft", "--surge", "0,2.5", "--limits", "soft"],
+             "hard": ["--non-holonomic", "hard", "--surge", "0,2.5", "--roll-pitch", "hard", "--limits", "hard"]}
+    scenarios = {"`docking_a`": ["docking_a"], f"simulated, {seeds} seeds": []}
+    for seed in range(1, seeds + 1):
+        folder = session.folder(f"docking_{seed}")
+        session.run("tandem", "simulate", "docking", "--seed", str(seed), "--minutes", "6", "--quiet", "--out", folder)
+        scenarios[f"simulated, {seeds} seeds"].append(folder)
+    rows = []
+    for title, folders in scenarios.items():
+        for mode in ("A", "B"):
+            for role, options in roles.items():
+                found = [session.json("track", folder, "--newest", "window", "--mode", mode, *options, statuses=(0, 2))
+                         for folder in folders]
+                values = zip(*([run["errors"]["all"]["position_mean_m"], run["predictions"][0]["position_mean_m"],
+                                run["predictions"][1]["position_mean_m"], run["errors"]["all"]["position_nees_mean"],
+                                run["update_processor_ms"]["p50"], run["update_processor_ms"]["p99"]]
+                               for run in found))
+                means = [statistics.mean(column) for column in values]
+                rows.append([title, mode, role, *(fixed(mean) for mean in means[:3]),
+                             *(fixed(mean, 2) for mean in means[3:])])
+    return section(["tandem track SCENARIO --newest window --mode MODE", *(
+        "    " + shlex.join(options) for options in roles.values() if options)],
+                   ["", "mode", "constraints", "newest [m]", "5 s ahead [m]", "10 s ahead [m]", "NEES", "p50 [ms]",
+                    "p99 [ms]"], rows)
+
+
 def measure_online(session):
     names = {"motion hypotheses (default)": "motion hypotheses (default)",
              "constant-twist": "window of 60 s, Mode A", "constant-twist, mode B": "window of 60 s, Mode B"}
