@@ -114,8 +114,8 @@ void add_remarks(const RunRecord& run, HtmlPage& page) {
         worst.push_back(fmt::format("{} at {} ({} σ)", suspect.value("sensor", ""),
                                     time.text(suspect.value("t", 0.0) - run.start),
                                     number_text(suspect, "sigmas", "{:.0f}")));
-    remarks.push_back(
-        fmt::format("{} measurements contradict the others, the worst: {}.", suspects.size(), fmt::join(worst, ", ")));
+    remarks.push_back(fmt::format("Measurements that contradict the others: {}. The worst: {}.", suspects.size(),
+                                  fmt::join(worst, ", ")));
   }
   add("splits", [&](const Json& gap) {
     return fmt::format("The IMU has a gap from {} to {}.", time.text(gap.at(0).get<double>() - run.start),

@@ -129,8 +129,11 @@ TEST(ReportCommand, ReportsEstimate) {
   TANDEM_NEEDS(!library_is_missing(run), "plotly.js", "reports");
   ASSERT_EQ(run.status, 0) << run.errors;
   EXPECT_THAT(read_file(page), HasSubstr("<h1>docking_a</h1>"));
-  expect_figures(read_file(page), {"Trajectories in space", "From above", "Errors of the relative position over time",
-                                   "Distribution of errors"});
+  expect_figures(read_file(page),
+                 {"From above", "Range and bearing of the target", "Uncertainty over time", "Measurements over time",
+                  "Residuals over time", "Errors of the relative position over time", "Distribution of errors",
+                  "Height over time", "Trajectories in space"});
+  EXPECT_THAT(read_file(page), ContainsRegex("<h1>docking_a</h1>\n<p class=\"(good|bad)\">"));
   EXPECT_THAT(files(out), Not(testing::Contains("report.html")));
   if (browser_available()) expect_opens(page, scratch);
 }
@@ -142,9 +145,10 @@ TEST(ReportCommand, ReportsTrack) {
   const Outcome run = run_tandem({"report", out});
   TANDEM_NEEDS(!library_is_missing(run), "plotly.js", "reports");
   ASSERT_EQ(run.status, 0) << run.errors;
-  expect_figures(read_file(out + "/report.html"),
-                 {"Trajectories in space", "From above", "Errors of the relative position over time",
-                  "Distribution of errors", "Innovations"});
+  expect_figures(
+      read_file(out + "/report.html"),
+      {"Trajectories in space", "From above", "Errors of the relative position over time", "Distribution of errors",
+       "Innovations", "Range and bearing of the target", "Uncertainty over time", "Measurements over time"});
 }
 
 TEST(ReportCommand, ReportsNavigation) {

@@ -149,7 +149,8 @@ TEST_F(RunFigures, PageBeginsWithTheVerdict) {
   const std::string text = page.text("");
   EXPECT_THAT(text, HasSubstr("<h1>s</h1>\n<p class=\"bad\">MISFIT &lt;here&gt;</p>"));
   EXPECT_THAT(text, HasSubstr("from 2024-11-26 05:46:40 UTC"));
-  EXPECT_THAT(text, HasSubstr("1 measurements contradict the others, the worst: front, left at 05:46:42 (12 σ)."));
+  EXPECT_THAT(text,
+              HasSubstr("Measurements that contradict the others: 1. The worst: front, left at 05:46:42 (12 σ)."));
   EXPECT_THAT(text, HasSubstr("<td>front, left</td><td>2</td><td>1</td><td>1 (0)</td>"));
   EXPECT_THAT(text, HasSubstr("<td>-80.0 (range) at 05:46:41</td>"));
   EXPECT_THAT(text, HasSubstr("<td>front, left</td><td>4</td><td>3</td><td>66.7</td><td>–</td>"));
