@@ -97,8 +97,9 @@ bool GrossErrors::revise(const NavigationProblem& built) {
   return changed && ++revisions_ <= kMaxRevisions;
 }
 
-void GrossErrors::remove(NavigationProblem& built, NavigationData& data,
-                         std::vector<NavigationFinding>& findings) const {
+std::vector<std::vector<double>> GrossErrors::remove(NavigationProblem& built, NavigationData& data,
+                                                     std::vector<NavigationFinding>& findings) const {
+  std::vector<std::vector<double>> times(verdicts_.size());
   std::erase_if(built.measurements, [&](const PlacedEgoMeasurement& m) {
     if (!m.block || !of(m).rejected) return false;
     built.problem.remove(*m.block);
@@ -114,24 +115,20 @@ void GrossErrors::remove(NavigationProblem& built, NavigationData& data,
         kept.push_back(m);
         continue;
       }
-      if (finding.count++ == 0) finding.from = m.t;
-      finding.to = m.t;
+      times[s].push_back(m.t);
       largest = std::max(largest, verdicts_[s][i].sigmas);
     }
-    if (finding.count == 0) continue;
+    if (times[s].empty()) continue;
+    finding.count = times[s].size();
+    finding.from = times[s].front();
+    finding.to = times[s].back();
     char text[64];
     std::snprintf(text, sizeof text, " by up to %.3g standard deviations", largest);
     finding.channel = text;
     findings.push_back(finding);
     data.sensors[s].measurements = std::move(kept);
   }
-}
-
-std::vector<int> GrossErrors::counts() const {
-  std::vector<int> counts;
-  for (const auto& verdicts : verdicts_)
-    counts.push_back(int(std::count_if(verdicts.begin(), verdicts.end(), [](const Verdict& v) { return v.rejected; })));
-  return counts;
+  return times;
 }
 
 }  // namespace tandem

@@ -24,11 +24,10 @@ class GrossErrors {
   void apply(NavigationProblem& built) const;
   /// Judges all measurements by their residuals at the solution. Returns whether the problem must be solved again.
   bool revise(const NavigationProblem& built);
-  /// Removes the rejected measurements from a solved problem and from the data, and reports them.
-  void remove(NavigationProblem& built, NavigationData& data, std::vector<NavigationFinding>& findings) const;
-
-  /// Returns the number of rejected measurements of each sensor.
-  std::vector<int> counts() const;
+  /// Removes the rejected measurements from a solved problem and from the data, and reports them. Returns the time
+  /// stamps [s] of those of each sensor.
+  std::vector<std::vector<double>> remove(NavigationProblem& built, NavigationData& data,
+                                          std::vector<NavigationFinding>& findings) const;
 
  private:
   struct Verdict {

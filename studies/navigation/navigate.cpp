@@ -147,7 +147,7 @@ Navigation navigate(const NavigationData& data, const NavigationOptions& options
       solves = 0;
       continue;
     }
-    errors.remove(built, result.data, result.findings);
+    const std::vector<std::vector<double>> rejected = errors.remove(built, result.data, result.findings);
     result.residual_blocks = built.problem.num_soft_blocks();
     add_constants(built, placed, nullptr, result);
     if (built.dvl_scale) result.dvl_scale = built.problem.value(*built.dvl_scale).vector()[0];
@@ -158,7 +158,6 @@ Navigation navigate(const NavigationData& data, const NavigationOptions& options
     result.splits = built.splits;
     JudgedMeasurements judged;
     add_own_sensors(placed, built.measurements, options.north_east, judged);
-    const std::vector<int> rejected = errors.counts();
     for (std::size_t i = 0; i < rejected.size(); ++i) judged.sensors[i].rejected = rejected[i];
     if (!options.covariance)
       result.why_no_covariance = "not requested";
