@@ -76,7 +76,10 @@ StreamClocks::Verdict StreamClocks::classify(std::size_t stream, double stamp) {
   }
   const double t = time(stream, stamp);
   if (s.last && t == *s.last && !streams_[stream].may_repeat) return Verdict::repeated;
-  if (agrees(s, t)) {
+  // While lines of the motion are held, the common time stands still.
+  const bool resumes = streams_[stream].motion && s.last && t >= *s.last &&
+                       t <= *s.last + 2 * s.period * double(s.held.size()) + max_lead();
+  if (resumes || agrees(s, t)) {
     if (!s.held.empty()) drop(stream, s.held.size());
     use(stream, t);
     release_consistent();

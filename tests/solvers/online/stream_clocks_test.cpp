@@ -151,6 +151,20 @@ TEST(StreamClocks, ResetsTheTimeBaseIfTheFirstLinesAreInTheFuture) {
   EXPECT_EQ(feed.used[1].back(), 48.0);
 }
 
+TEST(StreamClocks, ABriefStepOfAllClocksCostsOnlyItsLines) {
+  for (const int seconds : {1, 2}) {
+    Feed feed;
+    feed.run(0, 50);
+    feed.run(50, 50 + seconds, [](int, double t) { return t - 3600; });
+    feed.run(50 + seconds, 100);
+    EXPECT_EQ(feed.used[0].size(), 1000u - 10u * unsigned(seconds)) << seconds;
+    EXPECT_EQ(feed.used[0].back(), 0.1 * 999) << seconds;
+    EXPECT_GE(feed.used[1].size(), 49u) << seconds;
+    EXPECT_EQ(feed.used[1].back(), 98.0) << seconds;
+    EXPECT_THAT(feed.notices, IsEmpty());
+  }
+}
+
 TEST(StreamClocks, BelievesLateFixesInDisorder) {
   Feed feed;
   std::multimap<double, std::pair<std::size_t, double>> arrivals;
