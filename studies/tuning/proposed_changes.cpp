@@ -35,6 +35,36 @@ std::string drifting(const std::vector<double>& sigmas, double time) {
   return fmt::format("{}:{:.3g}", numbers(sigmas), time);
 }
 
+/// Returns the times of validity, in order.
+std::vector<double> times_of(const TargetSensor& sensor) {
+  std::vector<double> times;
+  for (const Measurement& m : sensor.measurements) times.push_back(sensor.valid_at(m));
+  std::sort(times.begin(), times.end());
+  return times;
+}
+
+/// Returns whether another sensor of the target measures at the times of this one. Otherwise the motion of the target
+/// explains all slow errors, and predictions of a sensor from itself cannot tell them.
+bool is_checked(const TargetSensor& sensor, const std::vector<TargetSensor>& sensors) {
+  const std::vector<double> own = times_of(sensor);
+  std::set<std::size_t> checked;
+  for (const TargetSensor& other : sensors) {
+    if (other.name == sensor.name) continue;
+    const std::vector<double> theirs = times_of(other);
+    const double reach = kCheckedReach * std::min(detail::median_step(own), detail::median_step(theirs));
+    for (std::size_t i = 0; i < own.size(); ++i) {
+      const auto next = std::lower_bound(theirs.begin(), theirs.end(), own[i] - reach);
+      if (next != theirs.end() && *next <= own[i] + reach) checked.insert(i);
+    }
+  }
+  return double(checked.size()) >= kCheckedShare * double(own.size());
+}
+
+/// Returns whether predictions can tell less motion noise: it trades against the noise of a sensor that is alone.
+bool motion_is_checked(const std::vector<TargetSensor>& sensors) {
+  return std::any_of(sensors.begin(), sensors.end(), [&](const TargetSensor& s) { return is_checked(s, sensors); });
+}
+
 /// Residuals of all components of one sensor.
 struct SensorResiduals {
   double correlation_time = 0, mean = 0, spread = 0, down_weighted = 0;
@@ -93,44 +123,24 @@ class Proposals {
         add({{"model", std::string(name(model))}}, "another motion model", 1);
     if (options_.mode == Mode::A && supports_points(options_.model))
       add({{"mode", "B"}}, "points where nothing measures the orientation", 1);
-    if (uses_triples(options_.model)) add({{"horizons", "1,2,4"}}, "slower motion noise", 1);
+    if (uses_triples(options_.model) && motion_is_checked(scenario_.data.sensors))
+      add({{"horizons", "1,2,4"}}, "slower motion noise", 1);
     add({{"non-holonomic", "soft"}}, "a target that moves forwards", 1);
     if (!scenario_.data.planar && options_.roll_pitch == Role::soft)
       add({{"roll-pitch", "off"}}, "a target that tilts", 1);
   }
 
-  /// Returns whether another sensor measures at the times of this one. Otherwise the motion of the target explains all
-  /// slow errors, and predictions of a sensor from itself cannot tell them.
-  bool is_checked(const std::string& name) const {
-    const TargetSensor* const sensor = target_sensor(name);
-    if (!sensor) return true;  // the chaser's own sensors check each other
-    const std::vector<double> own = times_of(*sensor);
-    std::set<std::size_t> checked;
-    for (const TargetSensor& other : scenario_.data.sensors) {
-      if (other.name == name) continue;
-      const std::vector<double> theirs = times_of(other);
-      const double reach = kCheckedReach * std::min(detail::median_step(own), detail::median_step(theirs));
-      for (std::size_t i = 0; i < own.size(); ++i) {
-        const auto next = std::lower_bound(theirs.begin(), theirs.end(), own[i] - reach);
-        if (next != theirs.end() && *next <= own[i] + reach) checked.insert(i);
-      }
-    }
-    return double(checked.size()) >= kCheckedShare * double(own.size());
-  }
-
-  /// Returns the times of validity, in order.
-  static std::vector<double> times_of(const TargetSensor& sensor) {
-    std::vector<double> times;
-    for (const Measurement& m : sensor.measurements) times.push_back(sensor.valid_at(m));
-    std::sort(times.begin(), times.end());
-    return times;
+  bool is_checked(const CalibratedEntry& entry) const {
+    const TargetSensor* const target = target_sensor(entry.name);
+    // The chaser's own sensors check each other.
+    return !target || tandem::is_checked(*target, scenario_.data.sensors);
   }
 
   void sensor(const CalibratedEntry& entry) {
     const SensorResiduals r = residuals_of(entry, residuals_);
     if (r.count < kFewest) return;
     losses(entry, r);
-    if (is_checked(entry.name)) systematic_errors(entry, r);
+    if (is_checked(entry)) systematic_errors(entry, r);
   }
 
   void systematic_errors(const CalibratedEntry& entry, const SensorResiduals& r) {
@@ -177,7 +187,7 @@ class Proposals {
     for (const double time : kTimes) {
       ModelSettings settings;
       for (const CalibratedEntry& entry : entries_)
-        if (entry.sensor && residuals_of(entry, residuals_).count >= kFewest && is_checked(entry.name))
+        if (entry.sensor && residuals_of(entry, residuals_).count >= kFewest && is_checked(entry))
           settings["error " + entry.name] = drifting(entry.sigmas, time);
       if (settings.size() > 1) add(settings, "drifting biases of all sensors", double(settings.size() + 1));
     }
@@ -210,7 +220,10 @@ std::pair<std::vector<double>, double> numbers_of(const std::string& text) {
 class Refinements {
  public:
   Refinements(const Scenario& scenario, const TrackingOptions& options, const ModelSettings& settings)
-      : options_(options), settings_(settings), entries_(calibrated_entries(scenario)) {}
+      : options_(options),
+        settings_(settings),
+        entries_(calibrated_entries(scenario)),
+        less_motion_(motion_is_checked(scenario.data.sensors)) {}
 
   std::vector<ModelChange> all() {
     for (const auto& [setting, value] : settings_)
@@ -243,12 +256,14 @@ class Refinements {
     if (motion && (entry.name == "constant_velocity") != (is_point_model(options_.model) || options_.mode == Mode::B))
       return;
     for (const double factor : {kFactor, 1 / kFactor})
-      add("noise " + entry.name, numbers(entry.sigmas, factor), factor > 1 ? "larger noise" : "smaller noise");
+      if (factor > 1 || !motion || less_motion_)
+        add("noise " + entry.name, numbers(entry.sigmas, factor), factor > 1 ? "larger noise" : "smaller noise");
   }
 
   const TrackingOptions& options_;
   const ModelSettings& settings_;
   std::vector<CalibratedEntry> entries_;
+  bool less_motion_;  // smaller motion noise may be tried
   std::vector<ModelChange> changes_;
 };
 

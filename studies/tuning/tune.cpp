@@ -31,6 +31,13 @@ bool is_named(const ModelChange& change, const std::vector<std::string>& names) 
   });
 }
 
+bool has_outliers(const std::vector<Misfit>& residuals) {
+  constexpr double kLargeSpread = 2;
+  return std::any_of(residuals.begin(), residuals.end(), [](const Misfit& m) {
+    return m.down_weighted > 0 || (!m.value.empty() && m.rms() > kLargeSpread);
+  });
+}
+
 /// The problems of all recordings with the same settings.
 struct Recordings {
   CalibrationProblems problems;
@@ -181,6 +188,10 @@ class Tuner {
     options.propose = [&](const ModelSettings& current) {
       const TunedProblem one = options_.apply(scenarios_.front(), current);
       std::vector<ModelChange> changes = refined_changes(one.scenario, one.target, current);
+      // The noise of data with outliers means little until the losses handle them.
+      if (current == tuning.start && has_outliers(tuning.before))
+        std::erase_if(changes,
+                      [](const ModelChange& change) { return change.settings.begin()->first.starts_with("noise "); });
       select(changes);
       return changes;
     };

@@ -38,7 +38,7 @@ struct Tuning {
   ModelSelection selection;             ///< empty in a dry run
   ModelSettings start;
   std::vector<Misfit> before, after;  ///< residuals by the first and by the selected model
-  std::vector<NoiseEntry> noise;      ///< noise of the selected model without systematic errors, in the axes of the files
+  std::vector<NoiseEntry> noise;  ///< noise of the selected model without systematic errors, in the axes of the files
   double seconds = 0;
 
   bool changed() const { return selection.settings != start; }
