@@ -77,8 +77,8 @@ struct ScoreGain {
 /// Scores a model by its predictions of held-out measurements.
 ///
 /// The measurements are held out in blocks of time, a group of blocks at once, and predicted from all others: across
-/// gaps of all sensors; with `by_sensor`, each sensor also from the other ones; with `ahead`, also from earlier
-/// measurements only. The log densities of the three kinds are averaged.
+/// gaps of all sensors of the block length and of a quarter of it; with `by_sensor`, each sensor also from the other
+/// ones; with `ahead`, also from earlier measurements only. The log densities of these kinds are averaged.
 ///
 /// The density is Student's t with 4 degrees of freedom, so that few outliers cannot decide. Its scale matrix is the
 /// predicted covariance, multiplied by a factor with which the expected score of Gaussian errors is largest for the
