@@ -51,7 +51,7 @@ std::vector<const GroupType*> vector_states() {
   return {};
 }
 
-class RunTimeResidual : public testing::Test {
+class RunTimeResidual : public ::testing::Test {
  protected:
   RunTimeResidual() { problem_.minimize(Prior<Rn<1>>{Rn<1>()}, Gaussian{1.0}, {x_}); }
   Block minimize(const RunTimeResidualType& type, double number) {
@@ -89,7 +89,7 @@ TEST_F(RunTimeResidual, IsCopiedWithItsProblem) {
 TEST_F(RunTimeResidual, IsNotWrittenToFiles) {
   minimize(offset_, 2.0);
   EXPECT_THAT([this] { problem_text(problem_); },
-              testing::ThrowsMessage<BadInputError>(testing::HasSubstr("defined at run time")));
+              ::testing::ThrowsMessage<BadInputError>(::testing::HasSubstr("defined at run time")));
 }
 
 TEST_F(RunTimeResidual, RejectsWrongVariablesAndBounds) {

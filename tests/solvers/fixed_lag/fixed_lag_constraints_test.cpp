@@ -58,7 +58,7 @@ enum class Hard { equalities, inequalities };
 /// Points at nearly constant velocity with noisy positions, and hard rows:
 /// - equalities: the step along x is 0.4, y is 0 at every ninth point, and all coordinates are given at the first one;
 /// - inequalities: the step along x is within ±`limit`, and z is at least −1.
-struct Stream {
+struct ConstrainedStream {
   Hard hard;
   double limit = 0.4;
   unsigned seed = 5;
@@ -86,10 +86,10 @@ struct Stream {
   }
 };
 
-struct Window {
-  explicit Window(double seconds, Stream stream) : lag(seconds_of(seconds)), stream(stream) {}
+struct ConstrainedWindow {
+  explicit ConstrainedWindow(double seconds, ConstrainedStream stream) : lag(seconds_of(seconds)), stream(stream) {}
   FixedLag lag;
-  Stream stream;
+  ConstrainedStream stream;
   std::map<int, Variable<R3>> x;
   void arrive(int k) {
     stream.arrive(
@@ -97,8 +97,8 @@ struct Window {
   }
 };
 
-struct Batch {
-  Stream stream;
+struct ConstrainedBatch {
+  ConstrainedStream stream;
   Problem problem{};
   std::map<int, Variable<R3>> x{};
   void arrive(int k) {
@@ -107,14 +107,14 @@ struct Batch {
   }
 };
 
-Vector<3> difference(const Window& window, const Batch& batch, int k) {
+Vector<3> difference(const ConstrainedWindow& window, const ConstrainedBatch& batch, int k) {
   return window.lag.problem().value(window.x.at(k)).vector() - batch.problem.value(batch.x.at(k)).vector();
 }
 
 TEST(FixedLagConstraints, EqualitiesMatchTheBatch) {
   for (const double seconds : {1.0, 5.0}) {
-    Window window(seconds, {Hard::equalities});
-    Batch batch{{Hard::equalities}};
+    ConstrainedWindow window(seconds, {Hard::equalities});
+    ConstrainedBatch batch{{Hard::equalities}};
     for (int k = 0; k < 50; ++k) {
       SCOPED_TRACE(k);
       window.arrive(k);
@@ -144,9 +144,9 @@ bool same_active_set(const std::map<std::pair<int, int>, int>& left, const std::
 }
 
 TEST(FixedLagConstraints, InequalitiesMatchTheBatchWhileTheOldActiveSetIsUnchanged) {
-  const Stream stream{Hard::inequalities};
-  Window window(12.0, stream);
-  Batch batch{stream};
+  const ConstrainedStream stream{Hard::inequalities};
+  ConstrainedWindow window(12.0, stream);
+  ConstrainedBatch batch{stream};
   std::map<std::pair<int, int>, int> left;  // (step 0 or height 1, point) → sign of the multiplier
   const auto sign = [](double y) { return (y > 0) - (y < 0); };
   const auto states = [&](const Problem& problem, const std::map<int, Variable<R3>>& x, int k, auto f) {
@@ -190,9 +190,9 @@ TEST(FixedLagConstraints, InequalitiesMatchTheBatchWhileTheOldActiveSetIsUnchang
 double largest_difference(double seconds) {
   double largest = 0;
   for (unsigned seed = 0; seed < 4; ++seed) {
-    const Stream stream{Hard::inequalities, 0.3, seed};
-    Window window(seconds, stream);
-    Batch batch{stream};
+    const ConstrainedStream stream{Hard::inequalities, 0.3, seed};
+    ConstrainedWindow window(seconds, stream);
+    ConstrainedBatch batch{stream};
     for (int k = 0; k < 50; ++k) {
       window.arrive(k);
       batch.arrive(k);
@@ -293,7 +293,7 @@ TEST(FixedLagConstraints, PosesOnACurvedCourseMatchTheBatch) {
 }
 
 TEST(FixedLagConstraints, ExtendedCovarianceIncludesEqualities) {
-  Window window(5.0, {Hard::equalities});
+  ConstrainedWindow window(5.0, {Hard::equalities});
   for (int k = 0; k < 20; ++k) {
     window.arrive(k);
     ASSERT_TRUE(window.lag.update().converged());
@@ -308,7 +308,7 @@ TEST(FixedLagConstraints, ExtendedCovarianceIncludesEqualities) {
 }
 
 TEST(FixedLagConstraints, InfeasibleConstraintsAreNamedAndNothingLeaves) {
-  Window window(3.0, {Hard::inequalities});
+  ConstrainedWindow window(3.0, {Hard::inequalities});
   for (int k = 0; k < 10; ++k) {
     window.arrive(k);
     ASSERT_TRUE(window.lag.update().converged());
@@ -326,7 +326,7 @@ TEST(FixedLagConstraints, InfeasibleConstraintsAreNamedAndNothingLeaves) {
 }
 
 TEST(FixedLagConstraints, RejectsAConstraintOnAVariableThatHasLeft) {
-  Window window(3.0, {Hard::equalities});
+  ConstrainedWindow window(3.0, {Hard::equalities});
   for (int k = 0; k < 10; ++k) {
     window.arrive(k);
     ASSERT_TRUE(window.lag.update().converged());
