@@ -88,8 +88,7 @@ class GreedySearch {
     const Summary from_similar = detail::solve_approximately(warm, options_.stop);
     const Summary from_guess = detail::solve_approximately(problem, options_.stop);
     options_.stop.check("select_model");
-    if (std::isfinite(from_similar.cost) && !(from_guess.cost <= from_similar.cost))
-      detail::copy_values(warm, problem);
+    if (std::isfinite(from_similar.cost) && !(from_guess.cost <= from_similar.cost)) detail::copy_values(warm, problem);
   }
 
   bool is_allowed(const ModelChange& change) const {

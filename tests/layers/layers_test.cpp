@@ -57,8 +57,7 @@ const std::map<std::string, std::vector<std::string>> kDependencies = {
     {"studies/inspection", {"studies/recording", "studies/scenario"}},
     {"studies/import", {"studies/inspection"}},
     {"studies/export", {"studies/import"}},
-    {"studies/commands",
-     {"studies/export", "studies/online", "studies/report", "studies/paper", "problem/file"}},
+    {"studies/commands", {"studies/export", "studies/online", "studies/report", "studies/paper", "problem/file"}},
     {"studies/bench", {"studies/commands"}},
 };
 const std::vector<std::string> kLayers = {"lie", "residuals", "problem", "solvers", "studies"};

@@ -151,7 +151,8 @@ TEST_F(OnlineFeedTest, WarnsOfMalformedLinesOfStream) {
   for (const char* file : {"chaser_odometry.tum", "usbl.csv", "optical.csv"})
     std::filesystem::remove(folder_.path() / file);
   const Input input(
-      "# by hand\r\n\nodometry,0,0,0,0,0,0,0,1\r\nusbk,1,5,0,0\nusbl,1,5,0\nusbl,1,5,0,inf\noptical,1,5,0,0,0,0,0,0.5\n" +
+      "# by "
+      "hand\r\n\nodometry,0,0,0,0,0,0,0,1\r\nusbk,1,5,0,0\nusbl,1,5,0\nusbl,1,5,0,inf\noptical,1,5,0,0,0,0,0,0.5\n" +
       ("usbl,1,2," + std::string(10'000, '3')) + ",4\nusbl,1,5,0,0");
   std::vector<std::string> warnings;
   const std::atomic<bool> stop{false};
