@@ -59,8 +59,9 @@ class Tracker:
                 update = json.loads(line)
             except ValueError:
                 continue
-            with self._lock:
-                self._updates.append(update)
+            if update.get("schema", "").startswith("tandem.track-line/"):  # the last line is a summary
+                with self._lock:
+                    self._updates.append(update)
 
     def _read_errors(self) -> None:
         assert self._process.stderr is not None

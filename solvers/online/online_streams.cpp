@@ -59,9 +59,13 @@ std::vector<detail::HealthMonitor::Sensor> monitored_sensors(const TrackingData&
   std::vector<detail::HealthMonitor::Sensor> sensors;
   const auto bit = [](EgoReading reading) { return 1u << int(reading); };
   // A DVL and a GPS receiver confirm each other, and depth and heading. Depth and heading say nothing of the others.
-  const unsigned motion = bit(EgoReading::body_vector) | bit(EgoReading::world_vector);
+  // Without an IMU, a DVL does not confirm a heading either, because it moves along with it.
+  const unsigned gps = bit(EgoReading::world_vector), motion = bit(EgoReading::body_vector) | gps;
   if (ego)
-    for (const EgoSensor& sensor : ego->sensors) sensors.push_back({sensor.name, int(sensor.type->reading), motion});
+    for (const EgoSensor& sensor : ego->sensors) {
+      const bool only_gps = !ego->imu && sensor.type->reading == EgoReading::orientation;
+      sensors.push_back({sensor.name, int(sensor.type->reading), only_gps ? gps : motion});
+    }
   for (const TargetSensor& sensor : tracking.sensors) sensors.push_back({sensor.name, kTargetSubject});
   return sensors;
 }

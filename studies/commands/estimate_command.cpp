@@ -137,17 +137,16 @@ Command estimate_command() {
             add_max_keyframes(option, request->problem);
             add_own_sensors(option, request->problem.own, true);
             option.group(kSolver);
-            option.flag("--tuned", "Estimate with the model that tandem tune finds, starting from these options",
-                        request->tuned);
+            option.flag("--tuned", "Use the model that tandem tune finds from these options", request->tuned);
             add_solver(option, request->solver, "gauss-newton; augmented-lagrangian with hard constraints");
             add_stop_criteria(option, [request]() -> SolverOptions& { return common(request->solver); });
             add_threads(option);
+            option.advanced();
             option.repeatable(
                 "--fit-delay", "SENSOR",
                 "First estimate the delay of SENSOR, which observes the target, by maximum likelihood. The "
                 "range is 0 to 3.2 s",
                 request->fit_delay, parse_name);
-            option.advanced();
             option.flag("--graduated",
                         "Solve by graduated non-convexity: start with least squares and narrow the robust losses to "
                         "their scale",

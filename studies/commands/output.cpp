@@ -29,8 +29,7 @@ void add_output(CommandOptions& option, Output& output, const OutputOptions& opt
   if (options.plots)
     option("--plots", "svg|png|pdf|off", "Format of the plots in DIR (default svg)", output.plots, parse_plots);
   if (options.judges)
-    option.flag("--strict", "Exit with status 3 if the data do not fit the model (see `fit` of the results)",
-                output.strict);
+    option.flag("--strict", "Exit with status 3 if the data do not fit the model (`fit`)", output.strict);
   if (options.prints) add_printing(option, output);
 }
 

@@ -85,6 +85,7 @@ DelayFit fit_delay(const NavigationData& data, const std::string& sensor, const 
   const double before = of_imu ? data.imu->delay : own_sensor(tried, sensor).delay;
   NavigationOptions own = options;
   own.covariance = false;
+  own.reject_gross_errors = false;  // a wrong delay makes correct measurements contradict each other
   DelayFit fit;
   fit.sensor = sensor;
   const Stop stop(options.solver);

@@ -35,6 +35,8 @@ void GrossErrors::suggest(const std::string& sensor, double t, double sigmas) {
   for (std::size_t s = 0; s < data_.sensors.size(); ++s) {
     const EgoSensor& by = data_.sensors[s];
     if (by.name != sensor) continue;
+    // Without gyroscopes, a fast turn contradicts the online prediction. The batch solution judges it by what follows.
+    if (!data_.imu && by.type->reading == EgoReading::orientation) continue;
     const auto m = std::lower_bound(by.measurements.begin(), by.measurements.end(), t + by.delay - 0.5 * kSameInstant,
                                     [](const EgoMeasurement& x, double time) { return x.t < time; });
     if (m == by.measurements.end() || std::abs(by.valid_at(*m) - t) > 0.5 * kSameInstant) continue;

@@ -40,7 +40,8 @@ std::vector<Stamped<EgoState>> initial_guess(const NavigationData& data, const A
   std::vector<Stamped<EgoState>> states;
   estimator.on_leave = [&](const Stamped<EgoState>& state) { states.push_back(state); };
   estimator.on_reject = [&](const std::string& sensor, const Rejection& why) {
-    if (why.kind == Rejection::Kind::outside_gate) errors.suggest(sensor, why.t, why.sigmas);
+    if (options.reject_gross_errors && why.kind == Rejection::Kind::outside_gate)
+      errors.suggest(sensor, why.t, why.sigmas);
   };
   replay(data, HUGE_VAL, estimator, stop);
   errors.keep_rare();
@@ -143,7 +144,7 @@ Navigation navigate(const NavigationData& data, const NavigationOptions& options
       for (EgoSensor& sensor : placed.sensors) sensor.delay += estimated_delay(built, sensor);
       continue;
     }
-    if (!stop.reached() && errors.revise(built)) {
+    if (options.reject_gross_errors && !stop.reached() && errors.revise(built)) {
       solves = 0;
       continue;
     }

@@ -47,6 +47,8 @@ struct NavigationOptions {
   std::optional<Alignment> start{};  ///< Prior of the first state; if absent, align() computes it.
   /// Uses the white noise of the IMU samples if it is far above the stated noise (NavigationFinding::vibration).
   bool vibration = false;
+  /// Leaves out measurements that contradict the others (GrossErrors).
+  bool reject_gross_errors = true;
   /// Called with the batch problem before each solve. Problems differ in delays and in the biases of the
   /// preintegration.
   std::function<void(const Problem&)> built{};

@@ -74,7 +74,8 @@ class Tuner {
       Recordings found = solved(result.selection.settings, Stop());
       result.after = all_misfits(found);
       for (const CalibratedEntry& entry : found.problems.front()->entries)
-        if (!entry.name.ends_with(".error")) result.noise.push_back({entry.name, entry.sigmas});
+        if (!entry.name.ends_with(".error") && std::ranges::min(entry.sigmas) > 0)  // zero: the model does not use it
+          result.noise.push_back({entry.name, entry.sigmas});
     }
     result.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
     return result;

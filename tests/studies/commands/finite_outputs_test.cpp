@@ -32,6 +32,8 @@ void expect_sound(const std::string& where, const std::string& text) {
   std::vector<std::string> header;
   int number = 0;
   for (std::string line; std::getline(lines, line); ++number) {
+    // The format TUM needs a quaternion in each row; points have none.
+    if (where.ends_with(".tum") && line.ends_with(" nan nan nan nan")) continue;
     ASSERT_FALSE(line.size() < 4000 && std::regex_search(line, nan)) << where << ":" << number + 1 << ": " << line;
     if (!where.ends_with(".csv")) continue;
     const std::vector<std::string> row = cells(line);

@@ -127,12 +127,14 @@ TEST_F(OnlineFeedTest, DiscardsSingleTimeJumps) {
   EXPECT_EQ(arrivals(feed).size(), 10u);
   EXPECT_THAT(feed.rejected_lines().counts(),
               testing::Contains(Pair(Pair("usbl", "time jumps away from all other streams"), 1)));
-  folder_.write("chaser_odometry.tum", "0 0 0 0 0 0 0 1\n1 1 0 0 0 0 0 1\n5000 2 0 0 0 0 0 1\n5001 3 0 0 0 0 0 1\n");
+  folder_.write("chaser_odometry.tum",
+                "0 0 0 0 0 0 0 1\n1 1 0 0 0 0 0 1\n5000 2 0 0 0 0 0 1\n5001 3 0 0 0 0 0 1\n5002 4 0 0 0 0 0 1\n5003 5 "
+                "0 0 0 0 0 1\n5004 6 0 0 0 0 0 1\n");
   folder_.write("usbl.csv", "t,x,y,z\n1,5,0,0\n");
   folder_.write("optical.csv", "t,x,y,z,qx,qy,qz,qw\n");
   FolderFeed later(settings());
-  EXPECT_THAT(arrivals(later),
-              ElementsAre("odometry 0.00", "odometry 1.00", "usbl 1.00", "odometry 5000", "odometry 5001"));
+  EXPECT_THAT(arrivals(later), ElementsAre("odometry 0.00", "odometry 1.00", "usbl 1.00", "odometry 5000",
+                                           "odometry 5001", "odometry 5002", "odometry 5003", "odometry 5004"));
 }
 
 TEST_F(OnlineFeedTest, ThrowsOnMalformedLineOfFile) {
