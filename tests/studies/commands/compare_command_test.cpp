@@ -107,10 +107,11 @@ TEST(CompareCommand, InterruptKeepsResultsSoFar) {
 TEST(CompareCommand, NonFiniteProblemHasReasonAndNoNumbers) {
   const ScratchFolder scratch;
   write_small_scenario(scratch);
+  scratch.write("usbl.csv", "t,x,y,z\n1,5,1,0\n2,5,-1,0\n4.5,5,0,1\n");
   const std::string out = (scratch.path() / "out").string();
-  const Outcome run =
-      run_tandem({"compare", scratch.path().string(), "--solvers", "gauss-newton,augmented-lagrangian", "--constraints",
-                  "off", "--noise", "usbl=1e-200,1e-200,1e-200", "--plots", "off", "--out", out});
+  const Outcome run = run_tandem(
+      {"compare", scratch.path().string(), "--solvers", "gauss-newton,augmented-lagrangian", "--constraints", "off",
+       "--noise", "constant_twist=1e-200,1e-200,1e-200,1e-200,1e-200,1e-200", "--plots", "off", "--out", out});
   EXPECT_EQ(run.status, 2);
   EXPECT_THAT(run.errors, HasSubstr("2 of 2 solves did not converge: gauss-newton, augmented-lagrangian"));
   EXPECT_THAT(run.output, ContainsRegex("gauss-newton +failed +not finite at the initial guess"));
