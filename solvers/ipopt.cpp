@@ -11,11 +11,11 @@
 #include <dlfcn.h>
 
 #include <tandem/lie/error.hpp>
+#include <tandem/solvers/evaluator_solve.hpp>
 #include <tandem/solvers/ipopt.hpp>
 #include <tandem/solvers/ipopt_linear_solver.hpp>
 #include <tandem/solvers/ipopt_nlp.hpp>
 #include <tandem/solvers/name_suggestions.hpp>
-#include <tandem/solvers/persistent_solve.hpp>
 #include <tandem/solvers/stationary_violation.hpp>
 
 namespace tandem {
@@ -246,16 +246,13 @@ std::string why_unsupported(const Problem& problem, const IpoptOptions& options)
 
 namespace {
 
-class IpoptSolve final : public detail::PersistentSolve {
+class IpoptSolve final : public detail::EvaluatorSolve {
  public:
-  IpoptSolve(Problem& problem, const IpoptOptions& options) : problem_(problem), options_(options) {}
-  bool is_current() const override { return !nlp_ || nlp_->is_current(); }
+  IpoptSolve(Problem& problem, const IpoptOptions& options) : EvaluatorSolve(problem), options_(options) {}
   Summary solve() override;
 
  private:
-  Problem& problem_;
   const IpoptOptions& options_;
-  std::optional<NlpEvaluator> nlp_;  // made by the first solve, in whose time it counts
 };
 
 Summary IpoptSolve::solve() {
@@ -264,11 +261,10 @@ Summary IpoptSolve::solve() {
   std::unique_lock lock(mumps_mutex(), std::defer_lock);
   if (!own_systems) lock.lock();
   const Application app(options);
+  if (const std::string why = why_not(problem(), options); !why.empty())
+    return detail::rejection("ipopt", options, why);
   detail::Session session("ipopt", options);
-  if (!nlp_) nlp_.emplace(problem_);
-  NlpEvaluator& nlp = *nlp_;
-  nlp.reset();
-  nlp.use_threads(options.threads);
+  NlpEvaluator& nlp = evaluator(options.threads);
   if (!session.start(nlp, [&] { return nlp.cost(); })) return session.summary;
   double feasible = detail::kConstraintTolerance;
   app->Options()->GetNumericValue("constr_viol_tol", feasible, "");
@@ -324,11 +320,7 @@ Summary IpoptSolve::solve() {
 
 }  // namespace
 
-Summary solve(Problem& problem, const IpoptOptions& options) {
-  if (const std::string why = why_unsupported(problem, options); !why.empty())
-    return detail::rejection("ipopt", options, why);
-  return IpoptSolve(problem, options).solve();
-}
+Summary solve(Problem& problem, const IpoptOptions& options) { return IpoptSolve(problem, options).solve(); }
 
 std::unique_ptr<detail::PersistentSolve> detail::analyse(Problem& problem, const IpoptOptions& options) {
   return std::make_unique<IpoptSolve>(problem, options);

@@ -11,36 +11,15 @@
 
 #include <tandem/lie/error.hpp>
 #include <tandem/solvers/best_point.hpp>
+#include <tandem/solvers/evaluator_solve.hpp>
 #include <tandem/solvers/linear/block_cholesky.hpp>
 #include <tandem/solvers/linear/hessian_diagonal.hpp>
-#include <tandem/solvers/name_suggestions.hpp>
 #include <tandem/solvers/nlopt.hpp>
-#include <tandem/solvers/persistent_solve.hpp>
+#include <tandem/solvers/nlopt_algorithms.hpp>
 #include <tandem/solvers/session.hpp>
 
 namespace tandem {
 namespace {
-
-struct Algorithm {
-  const char* name;
-  nlopt::algorithm method;
-  std::optional<nlopt::algorithm> inner;  // inner algorithm of AUGLAG
-  bool equalities, inequalities, dense;   // supported constraints; uses a dense matrix of all unknowns
-};
-const std::array kAlgorithms{
-    Algorithm{"lbfgs", nlopt::LD_LBFGS, {}, false, false, false},
-    Algorithm{"tnewton", nlopt::LD_TNEWTON, {}, false, false, false},
-    Algorithm{"tnewton-restart", nlopt::LD_TNEWTON_RESTART, {}, false, false, false},
-    Algorithm{"tnewton-precond", nlopt::LD_TNEWTON_PRECOND, {}, false, false, false},
-    Algorithm{"tnewton-precond-restart", nlopt::LD_TNEWTON_PRECOND_RESTART, {}, false, false, false},
-    Algorithm{"var1", nlopt::LD_VAR1, {}, false, false, false},
-    Algorithm{"var2", nlopt::LD_VAR2, {}, false, false, false},
-    Algorithm{"mma", nlopt::LD_MMA, {}, false, true, false},
-    Algorithm{"ccsaq", nlopt::LD_CCSAQ, {}, false, true, false},
-    Algorithm{"slsqp", nlopt::LD_SLSQP, {}, true, true, true},
-    Algorithm{"auglag-lbfgs", nlopt::AUGLAG, nlopt::LD_LBFGS, true, true, false},
-    Algorithm{"auglag-tnewton", nlopt::AUGLAG, nlopt::LD_TNEWTON_PRECOND_RESTART, true, true, false},
-};
 
 constexpr double kMaxConstraintEntries = 2e7;  // limit of NLopt's dense constraint Jacobian
 // Gradient in white coordinates [standard deviations]; rounding may leave this much.
@@ -54,13 +33,6 @@ constexpr double kToleranceSlack = 10;           // NLopt's own slack, in constr
 constexpr double kCostRounding = 1e-16;          // Absolute rounding error of a small cost.
 constexpr double kSameCost = 1e-7;               // Relative cost difference of two runs to the same point.
 constexpr double kPenaltyWeight = 100;  // Weight of Jᵀ J in the preconditioner of AUGLAG, about its final penalty.
-
-const Algorithm& find_algorithm(const std::string& name) {
-  const auto it = std::find_if(kAlgorithms.begin(), kAlgorithms.end(), [&](const auto& a) { return a.name == name; });
-  if (it == kAlgorithms.end())
-    throw BadInputError("nlopt has no algorithm '" + name + "'" + did_you_mean(name, nlopt_algorithms()));
-  return *it;
-}
 
 /// Ends the solve with its message.
 struct NonFinite : std::runtime_error {
@@ -95,7 +67,7 @@ class NloptRun {
   }
 
   /// Runs NLopt once from X̄. Returns true if another run must follow from the new X̄.
-  bool run(const Algorithm& algorithm) {
+  bool run(const detail::NloptAlgorithm& algorithm) {
     recenter_ = false;
     best_delta_.setZero();
     best_ = {options_.constraint_tolerance};
@@ -350,14 +322,8 @@ class NloptRun {
 
 }  // namespace
 
-std::vector<std::string> nlopt_algorithms() {
-  std::vector<std::string> names;
-  for (const auto& a : kAlgorithms) names.emplace_back(a.name);
-  return names;
-}
-
 std::string why_unsupported(const Problem& problem, const NloptOptions& options) {
-  const Algorithm& algorithm = find_algorithm(options.algorithm);
+  const detail::NloptAlgorithm& algorithm = detail::find_algorithm(options.algorithm);
   if (!(options.cost_tolerance >= 0) || !(options.constraint_tolerance >= 0))
     throw BadInputError("nlopt: tolerances must not be negative");
   if (const std::string why = detail::why_unsolvable(problem); !why.empty()) return why;
@@ -386,29 +352,23 @@ std::string why_unsupported(const Problem& problem, const NloptOptions& options)
 namespace {
 
 std::string solver_name(const NloptOptions& options) {
-  return std::string("nlopt:") + find_algorithm(options.algorithm).name;
+  return std::string("nlopt:") + detail::find_algorithm(options.algorithm).name;
 }
 
-class NloptSolve final : public detail::PersistentSolve {
+class NloptSolve final : public detail::EvaluatorSolve {
  public:
-  NloptSolve(Problem& problem, const NloptOptions& options) : problem_(problem), options_(options) {}
-  bool is_current() const override { return !nlp_ || nlp_->is_current(); }
+  NloptSolve(Problem& problem, const NloptOptions& options) : EvaluatorSolve(problem), options_(options) {}
   Summary solve() override;
 
  private:
-  Problem& problem_;
   const NloptOptions& options_;
-  std::optional<NlpEvaluator> nlp_;  // made by the first solve, in whose time it counts
 };
 
 Summary NloptSolve::solve() {
   const NloptOptions& options = options_;
-  const Algorithm& algorithm = find_algorithm(options.algorithm);
+  const detail::NloptAlgorithm& algorithm = detail::find_algorithm(options.algorithm);
   detail::Session session(solver_name(options), options);
-  if (!nlp_) nlp_.emplace(problem_);
-  NlpEvaluator& nlp = *nlp_;
-  nlp.reset();
-  nlp.use_threads(options.threads);
+  NlpEvaluator& nlp = evaluator(options.threads);
   if (!session.start(nlp, [&] { return nlp.cost(); })) return session.summary;
   NloptRun run(nlp, session, options);
   while (run.run(algorithm)) {
