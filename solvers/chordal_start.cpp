@@ -12,39 +12,22 @@
 namespace tandem {
 namespace {
 
-/// Difference y − Zᵀ x of the rows of two rotations, R_to and R_from, which Z connects. The rows of n × n matrices are
-/// states of length n that follow the same equations.
+/// Residual y − Zᵀ x − d. It relates a row of R_to (y) to that of R_from (x) by the measured rotation Z, or two
+/// positions by their difference d.
 template <int n>
-struct RotatedRow {
-  static constexpr std::string_view name = "rotated row";
+struct LinearStep {
+  static constexpr std::string_view name = "linear step";
   static constexpr int dim = n;
   static constexpr bool linear = true;
   using States = std::tuple<Rn<n>, Rn<n>>;
 
   Matrix<n, n> Z;
-
-  void operator()(const Rn<n>& x, const Rn<n>& y, Vector<n>& r, Matrix<n, n>* Jx = nullptr,
-                  Matrix<n, n>* Jy = nullptr) const {
-    r = y.vector() - Z.transpose() * x.vector();
-    if (Jx) *Jx = -Z.transpose();
-    if (Jy) Jy->setIdentity();
-  }
-};
-
-/// Difference y − x − d of two positions.
-template <int n>
-struct Shift {
-  static constexpr std::string_view name = "shift";
-  static constexpr int dim = n;
-  static constexpr bool linear = true;
-  using States = std::tuple<Rn<n>, Rn<n>>;
-
   Vector<n> d;
 
   void operator()(const Rn<n>& x, const Rn<n>& y, Vector<n>& r, Matrix<n, n>* Jx = nullptr,
                   Matrix<n, n>* Jy = nullptr) const {
-    r = y.vector() - x.vector() - d;
-    if (Jx) *Jx = -Matrix<n, n>::Identity();
+    r = y.vector() - Z.transpose() * x.vector() - d;
+    if (Jx) *Jx = -Z.transpose();
     if (Jy) Jy->setIdentity();
   }
 };
@@ -80,15 +63,15 @@ void check_connected(int poses, std::span<const PoseEdge<G>> edges) {
 }
 
 /// Returns the solution of linear equations between the ends of edges, with pose 0 at `first`.
-template <int n, class R, LieGroup G, class Residual, class Weight>
-std::vector<Vector<n>> solve_between(int poses, std::span<const PoseEdge<G>> edges, const Vector<n>& first,
-                                     Residual residual, Weight weight) {
+template <int n, LieGroup G, class Step, class Weight>
+std::vector<Vector<n>> solve_between(int poses, std::span<const PoseEdge<G>> edges, const Vector<n>& first, Step step,
+                                     Weight weight) {
   Problem problem;
   std::vector<Variable<Rn<n>>> x;
   for (int i = 0; i < poses; ++i) x.push_back(problem.add(Rn<n>(first)));
   problem.fix(x[0]);
   for (const PoseEdge<G>& edge : edges)
-    problem.minimize(R{residual(edge)}, Gaussian(Vector<n>::Constant(1 / std::sqrt(weight(edge)))),
+    problem.minimize(LinearStep<n>(step(edge)), Gaussian(Vector<n>::Constant(1 / std::sqrt(weight(edge)))),
                      {x[std::size_t(edge.from)], x[std::size_t(edge.to)]});
   solve(problem, GaussNewtonOptions{});
   std::vector<Vector<n>> solution;
@@ -108,16 +91,20 @@ std::vector<G> chordal_start(int poses, std::span<const PoseEdge<G>> edges, cons
   };
   std::vector<Matrix<n, n>> R(std::size_t(poses), Matrix<n, n>::Zero());
   for (int row = 0; row < n; ++row) {
-    const auto solution = solve_between<n, RotatedRow<n>>(
+    const auto solution = solve_between<n>(
         poses, edges, Vector<n>(first.rotation().matrix().row(row).transpose()),
-        [](const PoseEdge<G>& edge) { return Matrix<n, n>(edge.z.rotation().matrix()); },
+        [](const PoseEdge<G>& edge) {
+          return LinearStep<n>{edge.z.rotation().matrix(), Vector<n>::Zero()};
+        },
         [&](const PoseEdge<G>& edge) { return mean_information(edge, n, G::dof - n); });
     for (std::size_t i = 0; i < R.size(); ++i) R[i].row(row) = solution[i].transpose();
   }
   for (Matrix<n, n>& matrix : R) matrix = nearest_rotation<n>(matrix);
-  const auto t = solve_between<n, Shift<n>>(
+  const auto t = solve_between<n>(
       poses, edges, Vector<n>(first.translation()),
-      [&](const PoseEdge<G>& edge) { return Vector<n>(R[std::size_t(edge.from)] * edge.z.translation()); },
+      [&](const PoseEdge<G>& edge) {
+        return LinearStep<n>{Matrix<n, n>::Identity(), R[std::size_t(edge.from)] * edge.z.translation()};
+      },
       [&](const PoseEdge<G>& edge) { return mean_information(edge, 0, n); });
   std::vector<G> result;
   using Rotation = std::remove_cvref_t<decltype(first.rotation())>;
