@@ -146,6 +146,7 @@ TrackOptions track_options(const TrackRequest& request) {
       online.tracking.roll_pitch != Role::hard && request.problem.limits != Role::hard)
     throw Error("--soften needs a hard constraint: --limits, --non-holonomic or --roll-pitch hard");
   options.live = request.json_lines;
+  options.live_covariance = request.covariance != LineCovariance::off;
   if (options.realtime && request.standard_input)
     throw Error("--realtime and --stdin exclude each other: standard input has its own pace");
   if (request.every && !request.snapshot) throw Error("--every needs --snapshot");

@@ -52,9 +52,10 @@ DelayFit lowest_of_profile(double given, const std::function<double(int)>& cost)
     if (ms >= 0 && ms <= kLongest && !costs.contains(ms)) costs.emplace(ms, cost(ms));
   };
   DelayFit fit;
-  const int before = int(std::lround(1e3 * given));
-  fit.cost_before = cost(before);
   for (int ms = 0; ms <= kLongest; ms += kCoarse) add(ms);
+  const auto known = costs.find(int(std::lround(1e3 * given)));
+  const bool on_grid = known != costs.end();
+  fit.cost_before = on_grid ? known->second : cost(int(std::lround(1e3 * given)));
   std::vector<std::pair<double, double>> points;
   for (int step = kCoarse;; step /= 2) {
     const auto best =
@@ -67,7 +68,7 @@ DelayFit lowest_of_profile(double given, const std::function<double(int)>& cost)
     if (points.size() >= kMinPoints || step / 2 < kFinest) break;
     for (int k = -3; k <= 3; ++k) add(best->first + k * step / 2);
   }
-  fit.solves = int(costs.size()) + 1;
+  fit.solves = int(costs.size()) + !on_grid;
   if (points.size() < 5) return fit;
   const Parabola parabola(points);
   if (!(parabola.c[2] > 0)) return fit;

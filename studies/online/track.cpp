@@ -282,6 +282,7 @@ class Tracker {
     if (now && next && now->rotation && next->rotation)
       record.live.target_twist =
           (SE3(*now->rotation, now->position).inverse() * SE3(*next->rotation, next->position)).Log() / kSecond;
+    if (!options_.live_covariance) return;
     try {
       const OnlineEstimator::Covariance c = estimator_.covariance();
       record.live.covariance = c.joint.size() > 0 ? c.joint : c.chaser;

@@ -22,6 +22,7 @@ struct TrackOptions {
   bool realtime = false;                    ///< processes each line at its time by the wall clock
   const std::atomic<bool>* stop = nullptr;  ///< ends tracking early when it is set
   bool live = false;                        ///< whether to compute TrackRecord::Live
+  bool live_covariance = true;              ///< and its covariance
   double faulty_after = 60;                 ///< duration from which an unreliable interval is reported [s]
   /// Receives a snapshot every `snapshot_every` seconds of the wall clock, and at the end.
   std::function<void(TrackSnapshot)> on_snapshot{};
