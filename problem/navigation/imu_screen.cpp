@@ -61,9 +61,11 @@ void ImuScreen::Level::add(const Vector<3>& value, double weight, double slow_we
 std::optional<ImuFault> ImuScreen::judge(ImuSample& sample) {
   const auto found = fault(sample);
   if (found != ImuFault::missing) last_ = sample;
-  if (found) return found;
-  const bool after_gap = last_used_ && gap_;
-  sample.gap = after_gap ? sample.t - last_used_->t : 0;
+  if (found) {
+    gap_ = true;
+    return found;
+  }
+  sample.gap = last_used_ && gap_ ? sample.t - last_used_->t : 0;
   gap_ = false;
   learn(sample);
   last_used_ = sample;
@@ -71,19 +73,14 @@ std::optional<ImuFault> ImuScreen::judge(ImuSample& sample) {
 }
 
 std::optional<ImuFault> ImuScreen::fault(const ImuSample& sample) {
-  const auto found = [&]() -> std::optional<ImuFault> {
-    if (!sample.specific_force.allFinite() || !sample.angular_rate.allFinite()) return ImuFault::missing;
-    const bool frozen = is_frozen(sample);
-    if (sample.specific_force.cwiseAbs().maxCoeff() > max_force_ ||
-        sample.angular_rate.cwiseAbs().maxCoeff() > max_rate_)
-      return ImuFault::out_of_range;
-    if (lacks_gravity(sample)) return ImuFault::no_gravity;
-    if (frozen) return ImuFault::frozen;
-    if (!is_saturated(sample) && is_spike(sample)) return ImuFault::spike;
-    return {};
-  }();
-  gap_ |= found.has_value();
-  return found;
+  if (!sample.specific_force.allFinite() || !sample.angular_rate.allFinite()) return ImuFault::missing;
+  const bool frozen = is_frozen(sample);
+  if (sample.specific_force.cwiseAbs().maxCoeff() > max_force_ || sample.angular_rate.cwiseAbs().maxCoeff() > max_rate_)
+    return ImuFault::out_of_range;
+  if (lacks_gravity(sample)) return ImuFault::no_gravity;
+  if (frozen) return ImuFault::frozen;
+  if (!is_saturated(sample) && is_spike(sample)) return ImuFault::spike;
+  return {};
 }
 
 /// Returns whether the specific force is so small that the sensor does not work. Under strong vibration, small values

@@ -29,7 +29,7 @@ struct TrackedInstant {
 /// - damped_twist and damped_velocity: Gaussian-process interpolation of the poses or points (interpolate_damped);
 /// - other models, and the chaser: constant twist between keyframes.
 ///
-/// Where one of two keyframes has a pose and the other a point, the target between them is a point.
+/// Between a pose and a point, the target is a point.
 class TrackingTrajectory {
  public:
   /// Returns the joint covariance of variables by id and tangent dimension, in this order: Marginals::joint(), or

@@ -42,7 +42,7 @@ struct ScoreOptions {
 
 /// Predictive density of some rows of a held-out measurement.
 struct ScoredPart {
-  /// What was predicted: kind of the prediction, problem, sensor, time [µs], part, and number among equal ones.
+  /// Identifies a prediction: kind of the prediction, problem, sensor, time [µs], part, and number among equal ones.
   using Key = std::tuple<int, int, int, std::int64_t, int, int>;
   Key key;
   std::int64_t time_block = 0;

@@ -15,7 +15,7 @@ constexpr int kScreening = 3;          // candidates are screened by every third
 constexpr std::size_t kFinalists = 8;  // candidates in each round that are scored by all measurements
 constexpr std::size_t kAtOnce = 2;     // of them
 
-/// Thrown scores of `impossible` models carry the reason; `parts` is empty.
+/// Returns the score of a model that cannot be built or solved.
 PredictiveScore impossible(const std::string& why) {
   PredictiveScore score;
   score.why = why.empty() ? "the model cannot be built" : why;

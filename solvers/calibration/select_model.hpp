@@ -29,7 +29,7 @@ struct BuiltModel {
 /// Builds the problems of a model. Called from several threads. Throws Error if the model cannot be built.
 using BuildModel = std::function<BuiltModel(const ModelSettings& settings)>;
 
-/// What became of a candidate.
+/// Decision about a candidate.
 enum class ModelVerdict {
   kept,
   not_better,    ///< the gain is within its standard error, or below the number of parameters

@@ -58,8 +58,8 @@ void OnlineEstimator::Streams::reset_window(TrackReset::Kind kind, std::string w
   }
 }
 
-/// Replaces what the newest measurements tell of the state: velocity and height, and the position if its standard
-/// deviation is large. A wrong velocity makes the position uncertain, too.
+/// Sets the velocity and the height to their newest measurements, and the position if its standard deviation is large.
+/// A wrong velocity makes the position uncertain, too.
 void OnlineEstimator::Streams::adopt_measured(Alignment& start) const {
   EgoState& state = start.state;
   const SO3& R = state.pose.rotation();

@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
+
+#include <fmt/format.h>
 
 #include <tandem/problem/quantile.hpp>
 #include <tandem/studies/navigation/gross_errors.hpp>
@@ -124,9 +125,7 @@ std::vector<std::vector<double>> GrossErrors::remove(NavigationProblem& built, N
     finding.count = times[s].size();
     finding.from = times[s].front();
     finding.to = times[s].back();
-    char text[64];
-    std::snprintf(text, sizeof text, " by up to %.3g standard deviations", largest);
-    finding.channel = text;
+    finding.channel = fmt::format(" by up to {:.3g} standard deviations", largest);
     findings.push_back(finding);
     data.sensors[s].measurements = std::move(kept);
   }
