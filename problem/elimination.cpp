@@ -1,5 +1,6 @@
 #include <cmath>
 #include <limits>
+#include <utility>
 #include <vector>
 
 #include <Eigen/QR>
@@ -120,7 +121,7 @@ EliminatedProgram eliminate(const Eigen::MatrixXd& H, const Eigen::VectorXd& g, 
   Eigen::MatrixXd T = Eigen::MatrixXd::Zero(n, free + kept);  // δ = T [y; s] + [f; 0]
   T.topLeftCorner(m, free) = V.rightCols(free);
   T.topRightCorner(m, kept) = determined.leftCols(kept);
-  T.bottomRightCorner(kept, kept).setIdentity();
+  if (kept > 0) T.bottomRightCorner(kept, kept).setIdentity();  // T has no columns if nothing is free or kept
   const Eigen::VectorXd f = determined.col(kept), Hf = H.leftCols(m) * f;
 
   Eigen::MatrixXd reduced = T.transpose() * H * T;
@@ -136,8 +137,9 @@ EliminatedProgram eliminate(const Eigen::MatrixXd& H, const Eigen::VectorXd& g, 
     gradient[i] = 0;
   }
   const double at_f = cost + g.head(m).dot(f) + 0.5 * f.dot(Hf.head(m));
-  return {eliminate(reduced, gradient, at_f, static_cast<int>(free)),
-          independent({turned.others.A.bottomRows(left), turned.others.b.tail(left)})};
+  LinearRows remaining{Eigen::MatrixXd(0, kept), {}};
+  if (left > 0 && kept > 0) remaining = independent({turned.others.A.bottomRows(left), turned.others.b.tail(left)});
+  return {eliminate(reduced, gradient, at_f, static_cast<int>(free)), std::move(remaining)};
 }
 
 }  // namespace tandem::detail

@@ -257,6 +257,22 @@ TEST(Marginalize, InactiveInequalitiesLeaveWithoutTrace) {
   expect_equal(model_of(bounded.problem), model_of(free.problem), 1e-14);
 }
 
+TEST(Marginalize, AWholePartCanLeaveUnderEqualities) {
+  for (const bool determined : {true, false}) {
+    Problem problem;
+    const auto x = problem.add(R3());
+    const auto y = problem.add(R3(Vector<3>(1, 0, 0)));
+    problem.minimize(Prior<R3>{R3()}, noise(3, 1.0), {problem.add(R3())});  // not connected, stays
+    problem.minimize(Prior<R3>{R3(Vector<3>(2, 0, 0))}, noise(3, 1.0), {x});
+    if (determined) problem.subject_to(Prior<R3>{R3()}, equal_to(0), {x});
+    problem.subject_to(RelativePose<R3>{R3(Vector<3>(1, 0, 0))}, equal_to(0), {x, y});
+    problem.marginalize(x, y);
+    EXPECT_EQ(problem.num_variables(), 1) << determined;
+    EXPECT_EQ(problem.num_hard_blocks(), 0) << determined;
+    EXPECT_NEAR(NlpEvaluator(problem).cost(), determined ? 2.0 : 0.0, 1e-12);
+  }
+}
+
 TEST(Marginalize, RejectsInvalidCallsWithoutChanges) {
   Chain chain;
   auto& problem = chain.problem;
