@@ -1,30 +1,16 @@
 #include <algorithm>
 #include <cmath>
-#include <type_traits>
 
 #include <tandem/lie/error.hpp>
-#include <tandem/lie/rn.hpp>
-#include <tandem/lie/se2.hpp>
-#include <tandem/lie/sek3.hpp>
-#include <tandem/lie/so2.hpp>
 #include <tandem/solvers/calibration/built_evidence.hpp>
 #include <tandem/solvers/calibration/log_constants.hpp>
 #include <tandem/solvers/calibration/log_factors.hpp>
+#include <tandem/solvers/calibration/saved_values.hpp>
 
 namespace tandem::detail {
 namespace {
 
 constexpr double kStep = 0.05;  // step of a log factor, for differences
-
-template <LieGroup... Gs>
-void copy_values_of(const Problem& from, Problem& to) {
-  const auto take = [&]<LieGroup G>(std::type_identity<G>) {
-    const auto theirs = from.variables<G>(), own = to.variables<G>();
-    for (std::size_t i = 0; theirs.size() == own.size() && i < own.size(); ++i)
-      to.set_value(own[i], from.value(theirs[i]));
-  };
-  (take(std::type_identity<Gs>()), ...);
-}
 
 std::vector<NoiseGroup> some_of(const std::vector<NoiseGroup>& all, const std::vector<Eigen::Index>& which) {
   std::vector<NoiseGroup> some;
@@ -53,10 +39,6 @@ std::pair<double, double> steps(double below, double above) {
 }
 
 }  // namespace
-
-void copy_values(const Problem& from, Problem& to) {
-  copy_values_of<SO2, SE2, SO3, SE3, SE23, Rn<1>, Rn<2>, Rn<3>, Rn<6>>(from, to);
-}
 
 BuiltEvidence::BuiltEvidence(const BuildProblems& build, const std::vector<BuiltParameter>& parameters,
                              const CalibrationOptions& options)

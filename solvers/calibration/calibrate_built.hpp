@@ -62,11 +62,4 @@ struct BuiltCalibration {
 BuiltCalibration calibrate_built(const BuildProblems& build, const std::vector<BuiltParameter>& parameters,
                                  const CalibrationOptions& options = {});
 
-namespace detail {
-
-/// Copies the values of all variables between problems of the same structure. Skips Lie groups with different numbers
-/// of variables in the two problems, and groups other than SO2, SE2, SO3, SE3, SE23 and Rn of 1, 2, 3 and 6.
-void copy_values(const Problem& from, Problem& to);
-
-}  // namespace detail
 }  // namespace tandem

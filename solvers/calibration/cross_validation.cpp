@@ -13,6 +13,7 @@
 #include <tandem/solvers/calibration/cross_validation.hpp>
 #include <tandem/solvers/calibration/held_out.hpp>
 #include <tandem/solvers/calibration/saved_noise.hpp>
+#include <tandem/solvers/calibration/saved_values.hpp>
 #include <tandem/solvers/calibration/scale_noise.hpp>
 
 namespace tandem {

@@ -21,10 +21,9 @@ Summary solve_with_default(Problem& problem, const Stop& stop, int max_iteration
   return solve(problem, limited_options<GaussNewtonOptions>(stop, max_iterations));
 }
 
-Summary solve_approximately(Problem& problem, const Stop& stop) {
-  constexpr int kFewIterations = 50;
-  if (problem.num_hard_blocks() > 0) return solve_with_default(problem, stop, kFewIterations);
-  auto options = limited_options<GaussNewtonOptions>(stop, kFewIterations);
+Summary solve_approximately(Problem& problem, const Stop& stop, int max_iterations) {
+  if (problem.num_hard_blocks() > 0) return solve_with_default(problem, stop, max_iterations);
+  auto options = limited_options<GaussNewtonOptions>(stop, max_iterations);
   options.cost_tolerance = 1e-6;
   options.gradient_tolerance = 1e-5;
   return solve(problem, options);

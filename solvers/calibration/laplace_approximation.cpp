@@ -4,7 +4,6 @@
 #include <Eigen/Cholesky>
 
 #include <tandem/lie/error.hpp>
-#include <tandem/solvers/calibration/calibrate_built.hpp>
 #include <tandem/solvers/calibration/default_solve.hpp>
 #include <tandem/solvers/calibration/laplace_approximation.hpp>
 #include <tandem/solvers/calibration/log_constants.hpp>
@@ -53,15 +52,12 @@ const SymmetricPattern& LaplaceApproximation::pattern() const {
 }
 
 void LaplaceApproximation::save_values() {
-  if (saved_values_)
-    copy_values(problem_, *saved_values_);
-  else
-    saved_values_.emplace(problem_.copy());
+  saved_values_.emplace(problem_);
 }
 
 void LaplaceApproximation::restore_values() {
   if (!saved_values_) return;
-  copy_values(*saved_values_, problem_);
+  saved_values_->copy_to(problem_);
   near_solution_ = true;
   linearized_ = false;
 }

@@ -6,6 +6,7 @@
 
 #include <tandem/problem/parallel_tasks.hpp>
 #include <tandem/solvers/calibration/calibrate.hpp>
+#include <tandem/solvers/calibration/saved_values.hpp>
 #include <tandem/solvers/linear/selected_inverse.hpp>
 #include <tandem/solvers/marginals.hpp>
 
@@ -85,7 +86,7 @@ class LaplaceApproximation {
   void compute_prior_step(double cost);
 
   Problem& problem_;
-  std::optional<Problem> saved_values_;
+  std::optional<SavedValues> saved_values_;
   const CalibrationOptions& options_;
   std::vector<Block> measured_;
   std::vector<Gaussian> downweighted_;  // noise of each, for absolute_evidence

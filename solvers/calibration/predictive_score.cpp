@@ -8,8 +8,8 @@
 
 #include <Eigen/Cholesky>
 
+#include <tandem/problem/nlp_evaluator.hpp>
 #include <tandem/problem/quantile.hpp>
-#include <tandem/solvers/calibration/calibrate_built.hpp>
 #include <tandem/solvers/calibration/default_solve.hpp>
 #include <tandem/solvers/calibration/held_out.hpp>
 #include <tandem/solvers/calibration/predictive_score.hpp>
@@ -44,7 +44,8 @@ enum Kind { gap, short_gap, sensor, ahead };
 /// Measurements that are held out at once, by index.
 struct Fold {
   Kind kind;
-  std::vector<std::size_t> held_out;
+  FoldKey key;
+  std::vector<std::size_t> held_out{};
   std::vector<bool> scored{};  // empty: all
 };
 
@@ -56,7 +57,8 @@ void add_folds(const std::vector<ScoredMeasurement>& all, const ScoreOptions& op
                std::vector<Fold>& folds) {
   // A sensor alone leaves the others, so a larger share of it can be held out at once.
   const std::int64_t n = kind == Kind::sensor ? std::max(2, options.folds / 2) : options.folds;
-  std::vector<Fold> group(std::size_t(n), Fold{kind, {}});
+  std::vector<Fold> group;
+  for (int g = 0; g < n; ++g) group.push_back({kind, {kind, sensor, g}});
   for (std::size_t i = 0; i < all.size(); ++i) {
     if (kind == Kind::sensor && all[i].sensor != sensor) continue;
     const std::int64_t rest = time_block(all[i], options, kind == short_gap ? kShortGap : 1) % n;
@@ -76,7 +78,7 @@ void add_predictions_ahead(const std::vector<ScoredMeasurement>& all, const Scor
     to = std::max(to, m.t);
   }
   for (std::size_t k = 1; k <= kOrigins; ++k) {
-    Fold fold{ahead, {}, {}};
+    Fold fold{ahead, {ahead, 0, static_cast<int>(k)}};
     for (std::size_t i = 0; i < all.size(); ++i) {
       const auto& [from, to] = spans.at(all[i].problem);
       const double origin = from + (to - from) * double(k) / double(kOrigins + 1);
@@ -128,8 +130,10 @@ class FoldPredictor {
                 const ScoreOptions& options)
       : problems_(problems), measurements_(measurements), options_(options), number_(occurrences(measurements)) {
     solve_options_.stop = options.stop;
-    solve_options_.solve = [stop = options.stop](Problem& problem) {
-      return detail::solve_approximately(problem, stop);
+    // A model that others start from is solved well: otherwise, they would gain by further iterations alone.
+    const int iterations = !options.start ? 200 : options.every > 1 ? 10 : 50;
+    solve_options_.solve = [stop = options.stop, iterations](Problem& problem) {
+      return detail::solve_approximately(problem, stop, iterations);
     };
   }
 
@@ -139,15 +143,11 @@ class FoldPredictor {
     return failed ? failed->message : "";
   }
 
-  void keep_solution() {
-    for (const Problem* problem : problems_) solved_.push_back(problem->copy());
-  }
-  void restore_solution() const {
-    for (std::size_t p = 0; p < problems_.size(); ++p) detail::copy_values(solved_[p], *problems_[p]);
-  }
+  void keep_solution() { solved_ = values(); }
+  void restore_solution() const { set_values(solved_); }
 
-  /// Predicts a fold from the other measurements, and returns why that failed, or an empty string.
-  std::string predict(const Fold& fold, std::vector<ScoredPart>& parts) const {
+  /// Predicts a fold from the other measurements. Sets the reason in `score` if that fails.
+  void predict(const Fold& fold, PredictiveScore& score) const {
     detail::SavedNoise saved(problems_, {});
     std::vector<HeldOutMeasurement> held_out;
     for (const std::size_t i : fold.held_out) {
@@ -155,11 +155,14 @@ class FoldPredictor {
       held_out.push_back({measurements_[i].block, measurements_[i].problem});
     }
     std::vector<Gaussian> noise;
-    std::string why;
     try {
       detail::hold_out(problems_, held_out, noise);
-      why = solve();
-      if (why.empty()) add_parts(fold, noise, parts);
+      choose_start(fold);
+      score.why = solve();
+      if (score.valid()) {
+        add_parts(fold, noise, score.parts);
+        score.solutions.emplace(fold.key, values());
+      }
     } catch (...) {
       saved.restore();
       restore_solution();
@@ -167,10 +170,35 @@ class FoldPredictor {
     }
     saved.restore();
     restore_solution();
-    return why;
   }
 
  private:
+  std::vector<detail::SavedValues> values() const {
+    std::vector<detail::SavedValues> all;
+    for (const Problem* problem : problems_) all.emplace_back(*problem);
+    return all;
+  }
+
+  void set_values(const std::vector<detail::SavedValues>& all) const {
+    for (std::size_t p = 0; p < problems_.size(); ++p) all[p].copy_to(*problems_[p]);
+  }
+
+  double cost() const {
+    double sum = 0;
+    for (Problem* problem : problems_) sum += NlpEvaluator(*problem).cost();
+    return sum;
+  }
+
+  /// Starts from the solution of the same fold by a similar model if the cost is lower there.
+  void choose_start(const Fold& fold) const {
+    if (!options_.start) return;
+    const auto similar = options_.start->find(fold.key);
+    if (similar == options_.start->end() || similar->second.size() != problems_.size()) return;
+    const double here = cost();
+    set_values(similar->second);
+    if (!(cost() < here)) restore_solution();
+  }
+
   void add_parts(const Fold& fold, const std::vector<Gaussian>& noise, std::vector<ScoredPart>& parts) const {
     std::vector<std::optional<Marginals>> marginals(problems_.size());
     for (std::size_t k = 0; k < fold.held_out.size(); ++k) {
@@ -202,7 +230,7 @@ class FoldPredictor {
   const ScoreOptions& options_;
   std::vector<int> number_;
   CalibrationOptions solve_options_;
-  std::vector<Problem> solved_;
+  std::vector<detail::SavedValues> solved_;
 };
 
 void check(std::span<Problem* const> problems, const std::vector<ScoredMeasurement>& measurements,
@@ -263,7 +291,7 @@ PredictiveScore predictive_score(std::span<Problem* const> problems, const std::
     for (const Fold& fold : folds) kinds.insert(fold.kind);
     for (std::size_t f = 0; f < folds.size() && score.valid(); f += std::size_t(options.every)) {
       options.stop.check(detail::kHeldOutTask);
-      score.why = predictor.predict(folds[f], score.parts);
+      predictor.predict(folds[f], score);
     }
   } catch (const Stopped&) {
     throw;

@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cstdint>
+#include <map>
 #include <memory>
 #include <span>
 #include <string>
@@ -10,6 +11,7 @@
 
 #include <tandem/problem/problem.hpp>
 #include <tandem/problem/stop.hpp>
+#include <tandem/solvers/calibration/saved_values.hpp>
 
 namespace tandem {
 
@@ -29,6 +31,11 @@ struct ScoredMeasurement {
   std::vector<ScoredRows> parts{};  ///< empty: held out with the others, but not scored
 };
 
+/// Identifies measurements that are held out at once: kind of the prediction, sensor, and group of time blocks.
+using FoldKey = std::tuple<int, int, int>;
+/// Values of the problems without the measurements of each fold.
+using FoldSolutions = std::map<FoldKey, std::vector<detail::SavedValues>>;
+
 struct ScoreOptions {
   /// Length of the blocks of time [s], positive. Errors must not be correlated for longer, or they leak from one block
   /// to the next; see score_block_length().
@@ -37,7 +44,10 @@ struct ScoreOptions {
   int every = 1;          ///< predicts only every n-th group, for a quick look at many models
   bool by_sensor = true;  ///< also predicts each sensor from the others, if there are several
   double ahead = 0;       ///< if positive, also predicts this time ahead from earlier measurements only [s]
-  Stop stop{};            ///< ends the computation with Stopped
+  /// Solutions of a similar model. A fold starts from there if its cost is lower than at the solution of all
+  /// measurements. Must outlive the call.
+  const FoldSolutions* start = nullptr;
+  Stop stop{};  ///< ends the computation with Stopped
 };
 
 /// Predictive density of some rows of a held-out measurement.
@@ -60,6 +70,7 @@ inline constexpr std::array kCoverageLevels = {0.5, 0.95, 0.99};
 
 struct PredictiveScore {
   std::vector<ScoredPart> parts;  ///< in the order of their keys
+  FoldSolutions solutions;        ///< for ScoreOptions::start
   std::string why;                ///< the reason if the problems or a fold could not be solved; then `parts` is empty
 
   bool valid() const { return why.empty(); }

@@ -3,7 +3,6 @@
 #include <set>
 
 #include <tandem/problem/parallel_tasks.hpp>
-#include <tandem/solvers/calibration/calibrate_built.hpp>
 #include <tandem/solvers/calibration/default_solve.hpp>
 #include <tandem/solvers/calibration/select_model.hpp>
 
@@ -71,6 +70,7 @@ class GreedySearch {
     }
     ScoreOptions options = options_.score;
     options.every = every;
+    if (!found_.found.solutions.empty()) options.start = &found_.found.solutions;
     PredictiveScore score = predictive_score(raw, built.measurements, options);
     if (score.valid() && !found_.start.parts.empty())
       score = completed(std::move(score), every > 1 ? found_.found : found_.start);

@@ -4,6 +4,7 @@
 
 #include <tandem/solvers/calibration/default_solve.hpp>
 #include <tandem/solvers/calibration/held_out.hpp>
+#include <tandem/solvers/calibration/saved_values.hpp>
 #include <tandem/solvers/calibration/scale_noise.hpp>
 #include <tandem/studies/calibration/scenario_problems.hpp>
 

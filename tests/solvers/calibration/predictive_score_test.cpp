@@ -101,6 +101,19 @@ TEST(PredictiveScore, PredictsAheadFromEarlierMeasurementsOnly) {
   EXPECT_EQ(score.parts.size(), 2 * 100u + 6 * 3) << "three measurements after each of six origins";
 }
 
+TEST(PredictiveScore, DoesNotDependOnTheStart) {
+  Walk walk(3, 100);
+  walk.build();
+  Problem* const one[] = {&walk.problem};
+  ScoreOptions options = blocks_of(5);
+  const PredictiveScore cold = predictive_score(one, measurements_of(walk), options);
+  EXPECT_EQ(cold.solutions.size(), 10u) << "five folds of gaps, and five of short gaps";
+  options.start = &cold.solutions;
+  const PredictiveScore warm = predictive_score(one, measurements_of(walk), options);
+  ASSERT_EQ(warm.parts.size(), cold.parts.size());
+  EXPECT_NEAR(warm.total(), cold.total(), 1e-6 * std::abs(cold.total()));
+}
+
 TEST(PredictiveScore, CountsDiscardedMeasurementsAsInTheReference) {
   const PredictiveScore reference = score_of(0.5, 1.0);
   PredictiveScore some = score_of(0.5, 0.3);
