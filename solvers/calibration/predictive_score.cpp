@@ -131,7 +131,7 @@ class FoldPredictor {
       : problems_(problems), measurements_(measurements), options_(options), number_(occurrences(measurements)) {
     solve_options_.stop = options.stop;
     // A model that others start from is solved well: otherwise, they would gain by further iterations alone.
-    const int iterations = !options.start ? 200 : options.every > 1 ? 10 : 50;
+    const int iterations = !options.start ? 200 : options.every > 1 ? 30 : 50;
     solve_options_.solve = [stop = options.stop, iterations](Problem& problem) {
       return detail::solve_approximately(problem, stop, iterations);
     };

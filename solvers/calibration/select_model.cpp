@@ -12,7 +12,7 @@ namespace {
 constexpr int kMaxSearchRounds = 8;
 constexpr int kScreening = 3;          // candidates are screened by every third group of blocks
 constexpr std::size_t kFinalists = 8;  // candidates in each round that are scored by all measurements
-constexpr std::size_t kAtOnce = 2;     // of them
+constexpr std::size_t kAtOnce = 3;     // of them, of which the best is kept
 
 /// Returns the score of a model that cannot be built or solved.
 PredictiveScore impossible(const std::string& why) {
@@ -149,13 +149,15 @@ class GreedySearch {
     return all;
   }
 
-  /// Screens the candidates by a part of the measurements. Then scores the best ones by all measurements, in the order
-  /// of their gains and each on top of those kept before. Returns whether one was kept.
+  static bool by_gain(const Evaluated& a, const Evaluated& b) {
+    return a.valid() != b.valid() ? a.valid() : a.valid() && a.gain.gain > b.gain.gain;
+  }
+
+  /// Screens the candidates by a part of the measurements. Then scores the best ones by all measurements, a few
+  /// at a time and each on top of those kept before. Keeps the best of them. Returns whether one was kept.
   bool forward(const std::vector<ModelChange>& candidates) {
     std::vector<Evaluated> screened = evaluate(candidates, kScreening);
-    std::stable_sort(screened.begin(), screened.end(), [](const Evaluated& a, const Evaluated& b) {
-      return a.valid() != b.valid() ? a.valid() : a.valid() && a.gain.gain > b.gain.gain;
-    });
+    std::stable_sort(screened.begin(), screened.end(), by_gain);
     promising_.clear();
     std::vector<ModelChange> best;
     for (const Evaluated& one : screened) {
@@ -171,20 +173,20 @@ class GreedySearch {
                                                 [&](const auto& s) { return changed_settings.contains(s.first); });
     };
     for (std::size_t first = 0; first < best.size();) {
-      std::vector<ModelChange> some;  // scored at the same time; once one is kept, the others are scored again
-      std::size_t next = first;
-      for (; next < best.size() && some.size() < kAtOnce; ++next)
-        if (is_open(best[next])) some.push_back(best[next]);
+      std::vector<ModelChange> some;  // scored at the same time
+      for (; first < best.size() && some.size() < kAtOnce; ++first)
+        if (is_open(best[first])) some.push_back(best[first]);
       std::vector<Evaluated> all = evaluate(some);
-      first = next;
+      std::stable_sort(all.begin(), all.end(), by_gain);
       for (std::size_t i = 0; i < all.size(); ++i) {
         const ModelVerdict found = verdict(all[i]);
         record(all[i], found);
         if (found != ModelVerdict::kept) continue;
+        for (std::size_t j = all.size(); j-- > i + 1;)
+          best[--first] = all[j].change;  // scored again on top of this one
         for (const auto& [setting, value] : all[i].change.settings) changed_settings.insert(setting);
         keep(std::move(all[i]));
         kept = true;
-        if (i + 1 < all.size()) first = next - 1;
         break;
       }
     }

@@ -83,7 +83,7 @@ std::vector<DelayFit> fit_delays(const EstimateRequest& request, const TrackingO
 std::string tune_first(const EstimateRequest& request, const CommandOptions& option, Scenario& scenario,
                        TrackingOptions& target, NavigationOptions& own) {
   TuneOptions options = tune_options(option);
-  options.stop = Stop(&interrupted(), 2.0 / 3 * common(request.solver).time_limit);
+  options.stop = Stop(&interrupted(), std::min(kTuningTime, 2.0 / 3 * common(request.solver).time_limit));
   const Scenario given = read_requested_scenario(request.problem.scenario, options.stop);
   ProgressLine line;
   if (request.output.shows_progress()) options.progress = [&](const std::string& what) { line.show("tune: " + what); };

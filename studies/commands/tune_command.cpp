@@ -21,7 +21,7 @@ struct TuneRequest {
   ProblemRequest problem;         ///< for every scenario
   std::vector<std::string> more;  ///< further scenarios
   std::vector<std::string> only, fixed;
-  double ahead = 0, time_limit = HUGE_VAL;
+  double ahead = 0, time_limit = kTuningTime;
   bool dry_run = false, full = false;
   Output output;
 };
@@ -30,6 +30,10 @@ std::vector<std::string> parse_names(const std::string&, const std::string& text
   std::vector<std::string> names;
   for (const std::string_view name : split(text, ',')) names.emplace_back(trimmed(name));
   return names;
+}
+
+double parse_time_limit(const std::string& option, const std::string& text) {
+  return text == "inf" ? HUGE_VAL : parse_non_negative(option, text);
 }
 
 int run_tune(const TuneRequest& request, const CommandOptions& option) {
@@ -76,9 +80,7 @@ int run_tune(const TuneRequest& request, const CommandOptions& option) {
       warn(error.what());
     }
   };
-  if (found.selection.cut_short)
-    results.incomplete_reason = fmt::format("{}; the result is the best validated model so far",
-                                            interrupted() ? "interrupted" : "the time limit was reached");
+  if (interrupted()) results.incomplete_reason = "interrupted; the result is the best validated model so far";
   return finish(request.output, results);
 }
 
@@ -96,8 +98,9 @@ Command tune_command() {
             option.arguments("scenarios", "SCENARIO", "Further scenarios of the same system, which share the model",
                              request->more);
             option.group("Search");
-            option("--time", "SECONDS", "Wall-clock time limit; the result is the best validated model so far",
-                   request->time_limit, parse_non_negative);
+            option("--time", "SECONDS",
+                   "Wall-clock time limit, or inf; the result is the best validated model so far (default 120)",
+                   request->time_limit, parse_time_limit);
             option(
                 "--only", "LIST",
                 "Change only these: options (model, error, loss, noise), sensors, or kinds of errors (delay, scale), "

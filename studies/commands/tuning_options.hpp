@@ -5,6 +5,8 @@
 
 namespace tandem {
 
+inline constexpr double kTuningTime = 120;  ///< default time limit of tune() [s]
+
 /// Returns options of tune() that start from the options of the target and the sensors on the command line.
 TuneOptions tune_options(const CommandOptions& option);
 

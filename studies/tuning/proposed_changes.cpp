@@ -7,6 +7,7 @@
 
 #include <tandem/problem/quantile.hpp>
 #include <tandem/studies/calibration/calibration_problem.hpp>
+#include <tandem/studies/scenario/scenario_ego.hpp>
 #include <tandem/studies/support/text.hpp>
 #include <tandem/studies/tuning/proposed_changes.hpp>
 
@@ -206,6 +207,15 @@ class Proposals {
   std::vector<ModelChange> changes_;
 };
 
+/// Returns the length of a recording [s].
+double length(const Scenario& scenario) {
+  double seconds = 0;
+  if (scenario.data.odometry.size() > 1) seconds = scenario.data.odometry.back().t - scenario.data.odometry.front().t;
+  if (scenario.navigation)
+    if (const auto span = time_span(*scenario.navigation)) seconds = std::max(seconds, span->second - span->first);
+  return seconds;
+}
+
 /// Returns the numbers before and after the colon of "1.5,0.02:10".
 std::pair<std::vector<double>, double> numbers_of(const std::string& text) {
   std::pair<std::vector<double>, double> found{{}, 0};
@@ -223,7 +233,8 @@ class Refinements {
       : options_(options),
         settings_(settings),
         entries_(calibrated_entries(scenario)),
-        less_motion_(motion_is_checked(scenario.data.sensors)) {}
+        less_motion_(motion_is_checked(scenario.data.sensors)),
+        length_(length(scenario)) {}
 
   std::vector<ModelChange> all() {
     for (const auto& [setting, value] : settings_)
@@ -245,7 +256,8 @@ class Refinements {
         continue;
       }
       add(setting, drifting(scaled(sigmas, factor), time), "another size of the bias");
-      add(setting, drifting(sigmas, time * factor), "another correlation time");
+      if (time * factor <= length_)  // a slower drift is a constant
+        add(setting, drifting(sigmas, time * factor), "another correlation time");
     }
   }
 
@@ -264,6 +276,7 @@ class Refinements {
   const ModelSettings& settings_;
   std::vector<CalibratedEntry> entries_;
   bool less_motion_;  // smaller motion noise may be tried
+  double length_;     // of the recording [s]
   std::vector<ModelChange> changes_;
 };
 

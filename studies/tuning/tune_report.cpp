@@ -133,6 +133,7 @@ std::string tune_report(const Tuning& t, bool full) {
   if (!full && rejected > kShownRejected)
     text += fmt::format("… and {} candidates that are not kept. All: --full, or steps.csv in --out.\n",
                         rejected - kShownRejected);
+  if (t.selection.cut_short) text += "The search was stopped early; more time (--time) may find a better model.\n";
   text += fmt::format("\nHeld-out measurements inside of their intervals: {}", coverage_text(t.selection.start));
   if (t.changed()) text += fmt::format("; tuned: {}", coverage_text(t.selection.found));
   text += ".\n";

@@ -4,6 +4,8 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
+#include <tandem/studies/tuning/tune_report.hpp>
+
 #include "needs_program.hpp"
 #include "run_tandem.hpp"
 
@@ -62,8 +64,16 @@ TEST_F(TuneCommand, RefusesWhatItCannotTune) {
   ASSERT_EQ(run_tandem({"simulate", "dive", "--minutes", "1", "--out", dive}).status, 0);
   EXPECT_THAT(run_tandem({"tune", run(), dive}).errors, HasSubstr("have different sensors"));
   const Outcome outcome = run_tandem({"tune", run(), "--time", "0"});
-  EXPECT_EQ(outcome.status, 2);
+  EXPECT_EQ(outcome.status, 2) << "no model is scored";
   EXPECT_THAT(outcome.errors, HasSubstr("time limit"));
+}
+
+TEST(TuneReport, TellsThatTheSearchWasStopped) {
+  Tuning tuning;
+  tuning.scenarios = {"run"};
+  EXPECT_THAT(tune_report(tuning, false), Not(HasSubstr("--time")));
+  tuning.selection.cut_short = true;
+  EXPECT_THAT(tune_report(tuning, false), HasSubstr("more time (--time) may find a better model"));
 }
 
 TEST_F(TuneCommand, EstimatesWithTheTunedModel) {
