@@ -1,10 +1,8 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <map>
 #include <numeric>
 #include <set>
-#include <tuple>
 
 #include <tandem/solvers/fit_report.hpp>
 
@@ -23,18 +21,7 @@ std::string text(const char* format, double value) {
   return buffer;
 }
 
-/// Expectations of all blocks of a problem. Few combinations of loss and rows occur.
-class Expectations {
- public:
-  const detail::LossExpectation& operator()(const Loss& loss, int rows) {
-    const auto key = std::tuple(loss.kind, loss.scale, rows);
-    const auto it = known_.find(key);
-    return it != known_.end() ? it->second : known_.emplace(key, detail::loss_expectation(loss, rows)).first->second;
-  }
-
- private:
-  std::map<std::tuple<Loss::Kind, double, int>, detail::LossExpectation> known_;
-};
+using Expectations = detail::LossExpectations;
 
 /// Cost of a problem and its expectation under the stated noise, before the unknowns take their share.
 struct CostSum {
@@ -148,6 +135,12 @@ LossExpectation loss_expectation(const Loss& loss, int rows) {
   return sum;
 }
 
+const LossExpectation& LossExpectations::operator()(const Loss& loss, int rows) {
+  const auto key = std::tuple(loss.kind, loss.scale, rows);
+  const auto it = known_.find(key);
+  return it != known_.end() ? it->second : known_.emplace(key, loss_expectation(loss, rows)).first->second;
+}
+
 }  // namespace detail
 
 std::size_t SensorFit::worst_component() const {
@@ -171,6 +164,8 @@ std::string SensorFit::misfit() const {
           " times their expected standard deviation" +
           (series[c].has_significant_mean() ? text(" (mean %+.3g)", series[c].mean()) : ""));
   }
+  if (innovation_rms > kMaxRms)
+    say("innovations are " + text("%.3g", innovation_rms) + " times their expected standard deviation");
   if (contested() > kMaxContested)
     say(std::to_string(rejected + down_weighted) + " of " + std::to_string(used + rejected) +
         " measurements are rejected or down-weighted (" + text("%.0f", expected_down_weighted) + " expected)");

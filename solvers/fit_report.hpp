@@ -1,7 +1,9 @@
 #pragma once
 
+#include <map>
 #include <span>
 #include <string>
+#include <tuple>
 #include <vector>
 
 #include <tandem/solvers/marginals.hpp>
@@ -39,6 +41,8 @@ struct SensorFit {
   int rejected = 0;                   ///< number of JudgedSensor::rejected
   int down_weighted = 0;              ///< of `used`: the robust loss leaves a weight ρ′ below kDownweightThreshold
   double expected_down_weighted = 0;  ///< the same, if the noise is as stated
+  /// Root mean square of the normalised innovations of an online estimator; 0 for a solved problem, which has `series`.
+  double innovation_rms = 0;
   std::vector<std::string> components;
   std::vector<ResidualSeries> series;                ///< by component; without the down-weighted measurements
   std::vector<ResidualSeries> down_weighted_series;  ///< by component; the down-weighted measurements only
@@ -89,6 +93,15 @@ struct LossExpectation {
   double down_weighted;  ///< probability that ρ′(s) < kDownweightThreshold
 };
 LossExpectation loss_expectation(const Loss& loss, int rows);
+
+/// Keeps the expectations for all combinations of loss and rows that occur. Few do.
+class LossExpectations {
+ public:
+  const LossExpectation& operator()(const Loss& loss, int rows);
+
+ private:
+  std::map<std::tuple<Loss::Kind, double, int>, LossExpectation> known_;
+};
 
 }  // namespace detail
 }  // namespace tandem

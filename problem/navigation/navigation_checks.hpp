@@ -12,7 +12,7 @@ struct NavigationFinding {
   enum class Kind {
     not_finite,   ///< lines with NaN, infinity or a marker of missing data; dropped
     implausible,  ///< lines whose values are not believed (ReadingScreen, ImuScreen); dropped
-    jump,         ///< odometry that continues from a new origin; kept
+    jump,         ///< odometry that jumps to a new origin; continued from the expected pose
     rejected,     ///< measurements that contradict the others; dropped
     backwards,    ///< lines whose time runs backwards; drops the fewest lines that make the times increase
     repeated,     ///< lines that repeat a time; all but the first are dropped

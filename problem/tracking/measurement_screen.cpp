@@ -16,6 +16,8 @@ constexpr double kResolution = 0.05, kAngleResolution = 0.05;  // m, rad
 constexpr double kTypicalTime = 10;                            // s, averaging time
 constexpr int kMinSteps = 10;                                  // used poses before the typical motion counts
 constexpr std::size_t kNewOrigin = 5;                          // successive displaced poses
+constexpr double kHardestBraking = 4;                          // m/s²
+constexpr int kFrozenPoses = 5;                                // successive equal poses
 
 double limit(double always, double typical, double most, int steps) {
   return steps < kMinSteps ? most : std::min(most, always + kTypical * typical);
@@ -63,10 +65,23 @@ void OdometryScreen::learn(const Stamped<SE3>& pose) {
   if (last_ && pose.t > last_->t) {
     const double dt = pose.t - last_->t, weight = std::max(1.0 / steps_, std::min(1.0, dt / kTypicalTime));
     const Vector<6> step = minus(pose.value, last_->value);
+    twist_ = step / dt;
     speed_ += weight * (step.head<3>().norm() / dt - speed_);
     turn_rate_ += weight * (step.tail<3>().norm() / dt - turn_rate_);
   }
   last_ = pose;
+}
+
+/// A vehicle at rest may repeat its pose, but slows down before.
+bool OdometryScreen::is_frozen(const Stamped<SE3>& pose) {
+  const bool repeats = pose.t > last_->t && pose.value.translation() == last_->value.translation() &&
+                       pose.value.rotation().quaternion().coeffs() == last_->value.rotation().quaternion().coeffs();
+  if (!repeats) {
+    repeats_ = 0;
+    return false;
+  }
+  if (repeats_++ == 0) stopped_hard_ = twist_.head<3>().norm() > kHardestBraking * (pose.t - last_->t);
+  return stopped_hard_ && repeats_ >= kFrozenPoses;
 }
 
 OdometryScreen::Verdict OdometryScreen::judge(const Stamped<SE3>& pose) {
@@ -76,12 +91,18 @@ OdometryScreen::Verdict OdometryScreen::judge(const Stamped<SE3>& pose) {
     return Verdict::missing;
   if (!last_ || can_follow(*last_, pose)) {
     displaced_.clear();
+    if (last_ && is_frozen(pose)) return Verdict::frozen;
     learn(pose);
     return Verdict::use;
   }
   if (!displaced_.empty() && !can_follow(displaced_.back(), pose)) displaced_.clear();
   displaced_.push_back(pose);
   if (displaced_.size() < kNewOrigin) return Verdict::displaced;
+  const Stamped<SE3>& first = displaced_.front();
+  first_from_current_ =
+      first_from_current_ * last_->value * SE3::Exp((first.t - last_->t) * twist_) * first.value.inverse();
+  const Stamped<SE3>& before = displaced_[displaced_.size() - 2];
+  twist_ = minus(pose.value, before.value) / (pose.t - before.t);
   last_ = pose;
   displaced_.clear();
   return Verdict::new_origin;
@@ -89,10 +110,11 @@ OdometryScreen::Verdict OdometryScreen::judge(const Stamped<SE3>& pose) {
 
 namespace {
 
-/// Discards missing and displaced poses. Poses after a jump to a new origin stay.
+/// Discards missing, frozen and displaced poses. Poses after a jump to a new origin continue from the poses before.
 void screen_odometry(std::vector<Stamped<SE3>>& poses, std::vector<NavigationFinding>& findings) {
   using Kind = NavigationFinding::Kind;
   NavigationFinding missing{Kind::implausible, "odometry", 0, 0, 0, std::string(text(ReadingFault::missing))};
+  NavigationFinding frozen{Kind::implausible, "odometry", 0, 0, 0, std::string(text(ReadingFault::frozen))};
   NavigationFinding displaced{Kind::implausible, "odometry", 0, 0, 0, "farther away than the vehicle can move"};
   const auto discard = [](NavigationFinding& finding, double t) {
     if (finding.count++ == 0) finding.from = t;
@@ -106,15 +128,19 @@ void screen_odometry(std::vector<Stamped<SE3>>& poses, std::vector<NavigationFin
       discard(missing, pose.t);
       continue;
     }
+    if (verdict == OdometryScreen::Verdict::frozen) {
+      discard(frozen, pose.t);
+      continue;
+    }
     if (verdict == OdometryScreen::Verdict::new_origin) {
-      kept.insert(kept.end(), waiting.begin(), waiting.end());
+      for (const Stamped<SE3>& other : waiting) kept.push_back(odometry.continued(other));
       findings.push_back({Kind::jump, "odometry", 1, waiting.front().t, waiting.front().t});
     } else if (verdict == OdometryScreen::Verdict::use || odometry.displaced().size() == 1) {
       for (const Stamped<SE3>& other : waiting) discard(displaced, other.t);
     }
     if (verdict != OdometryScreen::Verdict::displaced) {
       waiting.clear();
-      kept.push_back(pose);
+      kept.push_back(odometry.continued(pose));
     } else {
       if (odometry.displaced().size() == 1) waiting.clear();
       waiting.push_back(pose);
@@ -122,7 +148,7 @@ void screen_odometry(std::vector<Stamped<SE3>>& poses, std::vector<NavigationFin
   }
   for (const Stamped<SE3>& other : waiting) discard(displaced, other.t);
   if (kept.size() >= 2) poses = std::move(kept);
-  for (const NavigationFinding& finding : {missing, displaced})
+  for (const NavigationFinding& finding : {missing, frozen, displaced})
     if (finding.count > 0) findings.push_back(finding);
 }
 

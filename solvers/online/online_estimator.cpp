@@ -122,5 +122,8 @@ std::vector<OnlineEstimator::SensorError> OnlineEstimator::sensor_errors() const
 }
 std::vector<Stamped<EgoState>> OnlineEstimator::window() const { return streams_->window().states(); }
 std::vector<std::pair<double, double>> OnlineEstimator::splits() const { return streams_->window().splits(); }
+const std::vector<std::pair<double, double>>& OnlineEstimator::imu_exclusions() const {
+  return streams_->imu_exclusions();
+}
 
 }  // namespace tandem

@@ -64,6 +64,9 @@ struct OnlineUpdate {
 /// hypotheses. The target is then re-initialised by its next position measurement. A chaser with its own sensors
 /// continues from its last state with a larger covariance, or is aligned again after a gap.
 ///
+/// If several sensors contradict the estimate that the IMU propagates, but agree with each other without it, the estimate
+/// continues without the IMU until it agrees with them again.
+///
 /// Thread safety: different estimators may be used in different threads. One estimator needs a lock, also for its const
 /// functions, which cache results.
 class OnlineEstimator {
@@ -162,6 +165,9 @@ class OnlineEstimator {
   std::vector<Stamped<EgoState>> window() const;
   /// Returns the IMU gaps that have split the chain so far: start and end [s].
   std::vector<std::pair<double, double>> splits() const;
+  /// Returns the intervals in which the IMU contradicts the other sensors: start and end [s]. The first samples of an
+  /// interval may be good. The end is infinite as long as the contradiction lasts.
+  const std::vector<std::pair<double, double>>& imu_exclusions() const;
 
  private:
   class Streams;

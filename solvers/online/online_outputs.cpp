@@ -1,3 +1,5 @@
+#include <algorithm>
+
 #include <tandem/lie/error.hpp>
 #include <tandem/lie/operations.hpp>
 #include <tandem/solvers/online/online_window.hpp>
@@ -141,14 +143,23 @@ SE3 OnlineWindow::predicted_chaser(double h) const {
   return of_target([&](const auto& w) { return w.predicted_chaser(newest() + h); }, SE3());
 }
 
+const EgoKeyframe& OnlineWindow::own_keyframe(double t) const {
+  const std::deque<EgoKeyframe>& all = chain_->keyframes();
+  const auto after = std::find_if(all.begin(), all.end(), [&](const EgoKeyframe& k) { return k.t > t; });
+  return after == all.begin() ? all.front() : *(after - 1);
+}
+
+OnlineEstimator::Covariance OnlineWindow::own_covariance(const EgoKeyframe& k) const {
+  OnlineEstimator::Covariance c;
+  c.chaser = lag_.covariance(k.pose);
+  c.velocity = lag_.covariance(k.velocity);
+  if (k.bias) c.bias = lag_.covariance(*k.bias);
+  return c;
+}
+
 OnlineEstimator::Covariance OnlineWindow::covariance() const {
   OnlineEstimator::Covariance c;
-  if (chain_) {
-    const EgoKeyframe& k = chain_->keyframes().back();
-    c.chaser = lag_.covariance(k.pose);
-    c.velocity = lag_.covariance(k.velocity);
-    if (k.bias) c.bias = lag_.covariance(*k.bias);
-  }
+  if (chain_) c = own_covariance(chain_->keyframes().back());
   with_target([&](const auto& window) {
     const std::size_t k = window.size() - 1;
     const auto& chaser = window.chaser_variable(k);

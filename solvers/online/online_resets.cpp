@@ -17,6 +17,14 @@ constexpr double kMinBiasSigma = 1e-9;                // m/s², rad/s
 constexpr double kRecent = 5;                         // s; age up to which a measurement tells the state after a reset
 constexpr double kMaxDistance = 1e8, kMaxSpeed = 30;  // m, m/s; a state beyond them is wrong
 
+constexpr double kWindowWithoutImu = 10;  // s; without IMU samples, each measurement makes a keyframe
+
+/// Returns whether a sensor limits the drift of position or velocity.
+bool limits_drift(const EgoSensor& sensor) {
+  const EgoReading reading = sensor.type->reading;
+  return reading == EgoReading::body_vector || reading == EgoReading::world_vector;
+}
+
 bool is_plausible(const EgoState& state) {
   const Vector<3>& p = state.pose.translation();
   return p.allFinite() && p.cwiseAbs().maxCoeff() <= kMaxDistance && state.velocity.allFinite() &&
@@ -26,23 +34,31 @@ bool is_plausible(const EgoState& state) {
 }  // namespace
 
 void OnlineEstimator::Streams::make_window() {
-  window_ = std::make_unique<detail::OnlineWindow>(settings_, ego_ ? &*ego_ : nullptr, options_);
+  OnlineOptions options = options_;
+  if (imu_excluded_) options.lag.window = std::min(options.lag.window, kWindowWithoutImu);
+  window_ = std::make_unique<detail::OnlineWindow>(settings_, ego_ ? &*ego_ : nullptr, options);
   window_->on_leave = [this](const Stamped<EgoState>& state) {
     if (hooks_.on_leave) hooks_.on_leave(state);
   };
+}
+
+/// Reports a reset, and discards what belongs to the old estimate except for the window.
+void OnlineEstimator::Streams::begin_reset(TrackReset::Kind kind, std::string why) {
+  if (hooks_.on_reset) hooks_.on_reset({kind, window_->newest(), std::move(why)});
+  health_.record_reset(kind);
+  due_.reset();
+  new_keyframe_ = pending_ = false;
 }
 
 /// Discards the window. A chaser with its own sensors continues from its newest state, with standard deviations of at
 /// least `min_sigmas`, or is aligned again.
 void OnlineEstimator::Streams::reset_window(TrackReset::Kind kind, std::string why, const EgoStateSigmas& min_sigmas,
                                             Chaser chaser) {
-  const double t = window_->newest();
-  if (hooks_.on_reset) hooks_.on_reset({kind, t, std::move(why)});
-  health_.record_reset(kind);
-  due_.reset();
-  new_keyframe_ = pending_ = false;
+  begin_reset(kind, std::move(why));
   if (!window_->has_chain()) return make_window();
-  Alignment start{.t = t, .state = window_->chaser(), .sigmas = newest_state_sigmas(min_sigmas).value_or(min_sigmas)};
+  Alignment start{.t = window_->newest(),
+                  .state = window_->chaser(),
+                  .sigmas = state_sigmas(window_->own_keyframe(HUGE_VAL), min_sigmas).value_or(min_sigmas)};
   start.sigmas.bias.reset();  // the discarded estimate may have distorted the biases
   const bool continues = chaser == Chaser::continues && is_plausible(start.state);
   if (continues && kind != TrackReset::Kind::suspended) adopt_measured(start);
@@ -52,8 +68,9 @@ void OnlineEstimator::Streams::reset_window(TrackReset::Kind kind, std::string w
     for (const Stamped<EgoState>& state : states) hooks_.on_leave(state);
   make_window();
   if (continues) {
-    window_->start_chaser(start, {recent_samples_.begin(), recent_samples_.end()});
+    window_->start_chaser(start, newest_samples());
   } else {
+    end_imu_exclusion(queue_.clock());
     alignment_data_ = *ego_;
   }
 }
@@ -112,17 +129,16 @@ void OnlineEstimator::Streams::reset_now() {
   if (ego_) alignment_data_ = *ego_;
   odometry_.clear();
   make_screens();
-  recent_samples_.clear();
   last_imu_ = aligned_ = -HUGE_VAL;
   update_output_health();
 }
 
-/// Returns the standard deviations of the chaser's newest state along world axes, at least `min_sigmas`. Empty without
-/// a covariance.
-std::optional<EgoStateSigmas> OnlineEstimator::Streams::newest_state_sigmas(const EgoStateSigmas& min_sigmas) const
-    try {
-  const OnlineEstimator::Covariance c = window_->covariance();
-  const Matrix<3, 3> R = window_->chaser().pose.rotation().matrix();
+/// Returns the standard deviations of the chaser's state at a keyframe along world axes, at least `min_sigmas`. Empty
+/// without a covariance.
+std::optional<EgoStateSigmas> OnlineEstimator::Streams::state_sigmas(const EgoKeyframe& keyframe,
+                                                                     const EgoStateSigmas& min_sigmas) const try {
+  const OnlineEstimator::Covariance c = window_->own_covariance(keyframe);
+  const Matrix<3, 3> R = window_->own_state(keyframe).pose.rotation().matrix();
   const auto sigma = [](const Matrix<3, 3>& S, const Vector<3>& floor) {
     return Vector<3>(S.diagonal().cwiseMax(0).cwiseSqrt().cwiseMax(floor));
   };
@@ -135,12 +151,16 @@ std::optional<EgoStateSigmas> OnlineEstimator::Streams::newest_state_sigmas(cons
   return {};
 }
 
-std::optional<Alignment> OnlineEstimator::Streams::handover_start() const {
+std::optional<Alignment> OnlineEstimator::Streams::handover_start() const { return state_before(HUGE_VAL); }
+
+/// Returns the state at the last keyframe of the chaser at or before t, or at the oldest one.
+std::optional<Alignment> OnlineEstimator::Streams::state_before(double t) const {
   if (!window_->has_chain()) return {};
   const Vector<3> floor = Vector<3>::Constant(kMinSigma);
-  const auto sigmas = newest_state_sigmas({floor, floor, floor});
+  const EgoKeyframe& keyframe = window_->own_keyframe(t);
+  const auto sigmas = state_sigmas(keyframe, {floor, floor, floor});
   if (!sigmas) return {};
-  return Alignment{.t = window_->newest(), .state = window_->chaser(), .sigmas = *sigmas};
+  return Alignment{.t = keyframe.t, .state = window_->own_state(keyframe), .sigmas = *sigmas};
 }
 
 /// Updates the health of the outputs. Called after each measurement, since outputs also age without updates.
@@ -149,6 +169,12 @@ void OnlineEstimator::Streams::update_output_health() {
   std::optional<double> target;
   if (window_->has_target()) target = health_.last_used(own, own + settings_.sensors.size());
   health_.update_outputs(queue_.clock(), chaser_aided(), target);
+  std::size_t of_chaser = uses_imu() && window_->has_chain(), of_target = 0;
+  for (std::size_t i = 0; i < own; ++i)
+    of_chaser += limits_drift(ego_->sensors[i]) && health_.recently_used(i, queue_.clock());
+  for (std::size_t i = 0; i < settings_.sensors.size(); ++i)
+    of_target += health_.recently_used(own + i, queue_.clock());
+  health_.set_confirmed(of_chaser > 1, of_target > 1);
 }
 
 /// Returns the time of the last measurement that limits the drift of the chaser's position or velocity [s]. Empty if
@@ -158,9 +184,7 @@ std::optional<double> OnlineEstimator::Streams::chaser_aided() const {
   if (!ego_) return odometry_.back().t;
   double t = aligned_;
   for (std::size_t i = 0; i < ego_->sensors.size(); ++i) {
-    const EgoReading reading = ego_->sensors[i].type->reading;
-    if (reading == EgoReading::body_vector || reading == EgoReading::world_vector)
-      t = std::max(t, health_.last_used(i, i + 1));
+    if (limits_drift(ego_->sensors[i])) t = std::max(t, health_.last_used(i, i + 1));
   }
   return t;
 }

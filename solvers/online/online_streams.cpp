@@ -94,6 +94,7 @@ void OnlineEstimator::Streams::make_screens() {
   newest_ego_.clear();
   if (ego_) {
     if (ego_->imu) imu_screen_.emplace(*ego_->imu);
+    if (ego_->imu) imu_trial_.emplace(*ego_, options_);
     for (const EgoSensor& sensor : ego_->sensors) screens_.emplace_back(screen_options(sensor));
     newest_ego_.resize(ego_->sensors.size());
   }
@@ -115,18 +116,26 @@ MaybeRejection OnlineEstimator::Streams::add_odometry(const Stamped<SE3>& pose) 
       return Rejection{Kind::implausible,
                        "odometry: the pose at " + seconds_text(pose.t) + " is implausibly far from the previous one",
                        pose.t};
+    case OdometryScreen::Verdict::frozen:
+      process_until(pose.t);  // the time passes
+      return Rejection{
+          Kind::implausible,
+          "odometry: rejected a pose at " + seconds_text(pose.t) + " " + std::string(text(ReadingFault::frozen)),
+          pose.t};
     case OdometryScreen::Verdict::new_origin:
       if (window_->started())
-        reset_window(TrackReset::Kind::contradicted,
-                     "odometry jumped to a new origin at " + seconds_text(displaced.front().t));
-      odometry_ = displaced;
+        reset_window(TrackReset::Kind::contradicted, "odometry jumped to a new origin at " +
+                                                         seconds_text(displaced.front().t) +
+                                                         " and continues from the pose expected there");
+      odometry_.clear();
+      for (const Stamped<SE3>& other : displaced) odometry_.push_back(odometry_screen_.continued(other));
       break;
     case OdometryScreen::Verdict::use:
       break;
   }
   if (odometry_.size() > kMaxOdometry && window_->started())
     std::erase_if(odometry_, [&](const Stamped<SE3>& x) { return x.t < window_->newest() - 2 * interval_; });
-  odometry_.push_back(pose);
+  odometry_.push_back(odometry_screen_.continued(pose));
   return process_until(pose.t);
 }
 
@@ -146,13 +155,18 @@ MaybeRejection OnlineEstimator::Streams::add_imu(const ImuSample& sample) {
                      sample.t};
   }
   last_imu_ = sample.t;
-  if (window_->has_chain()) {
-    recent_samples_.push_back(judged);
-    while (recent_samples_.size() > 2 && recent_samples_[1].t < window_->newest()) recent_samples_.pop_front();
-    window_->add(judged);
-  } else {
-    alignment_data_.imu->samples.push_back(judged);
+  imu_trial_->add(judged);
+  if (imu_excluded_) {
+    process_until(sample.t);  // the time passes
+    readmit_imu(sample.t);
+    return Rejection{
+        Kind::implausible,
+        name + ": rejected a sample at " + seconds_text(sample.t) + ", which contradicts the other sensors", sample.t};
   }
+  if (window_->has_chain())
+    window_->add(judged);
+  else
+    alignment_data_.imu->samples.push_back(judged);
   return process_until(sample.t);
 }
 
@@ -222,7 +236,7 @@ MaybeRejection OnlineEstimator::Streams::why_too_late(const std::string& name, d
 double OnlineEstimator::Streams::motion_end() const {
   if (finished_) return HUGE_VAL;
   if (!ego_) return odometry_.empty() ? -HUGE_VAL : odometry_.back().t;
-  if (!ego_->imu) return queue_.clock();
+  if (!uses_imu()) return queue_.clock();
   return queue_.clock() - last_imu_ > ego_->imu->max_gap ? queue_.clock() : last_imu_;
 }
 
@@ -265,7 +279,9 @@ void OnlineEstimator::Streams::process() {
 
 /// Initialises the chaser when there is enough data for the alignment. Returns whether it was initialised.
 bool OnlineEstimator::Streams::start_chaser() {
-  const double first = start_time(alignment_data_).value_or(HUGE_VAL);
+  const double patience = ego_->imu ? ego_->imu->max_gap : 0;
+  const bool known = start_ && queue_.clock() > start_->t + patience;  // no measurement is needed for the start
+  const double first = start_time(alignment_data_).value_or(known ? start_->t : HUGE_VAL);
   if (!std::isfinite(first)) return false;
   Alignment alignment;
   if (start_) {
@@ -282,8 +298,6 @@ bool OnlineEstimator::Streams::start_chaser() {
   }
   static const std::vector<ImuSample> none;
   window_->start_chaser(alignment, alignment_data_.imu ? alignment_data_.imu->samples : none);
-  if (alignment_data_.imu)
-    recent_samples_.assign(alignment_data_.imu->samples.begin(), alignment_data_.imu->samples.end());
   aligned_ = alignment.t;
   alignment_data_ = {};
   queue_.drop_before(alignment.t - kSameInstant);
@@ -306,9 +320,13 @@ bool OnlineEstimator::Streams::process_ego(std::size_t sensor, const EgoMeasurem
     return false;
   }
   if (own) add_keyframe(t);
+  if (imu_trial_) imu_trial_->add(sensor, m);
   const auto outcome = window_->attach(sensor, m, t);
   if (!apply_gate(sensor, ego_->sensors[sensor].name, t, outcome)) {
+    if (t >= next_imu_trial_ && exclude_imu(health_.all_contradicting_since(t), t)) return false;
     if (!health_.must_reset_to(sensor)) return own;
+    if (exclude_imu(health_.contradicting_since(sensor), t)) return false;
+    health_.adopt(sensor);
     reset_window(TrackReset::Kind::contradicted, contradiction_text(ego_->sensors[sensor].name, t),
                  sigmas_without_sensor(ego_->sensors[sensor].type));
     return window_->has_chain() && process_ego(sensor, m, t);  // without a chain, the chaser is aligned again
@@ -340,6 +358,7 @@ bool OnlineEstimator::Streams::process_target(std::size_t sensor, const Measurem
   }
   if (apply_gate(target_index(sensor), by.name, t, outcome)) return true;
   if (!health_.must_reset_to(target_index(sensor))) return own || first;
+  health_.adopt(target_index(sensor));
   reset_window(TrackReset::Kind::contradicted, contradiction_text(by.name, t));
   return by.position_in_chaser(m) && process_target(sensor, m, t);
 }
@@ -348,14 +367,14 @@ bool OnlineEstimator::Streams::process_target(std::size_t sensor, const Measurem
 bool OnlineEstimator::Streams::apply_gate(std::size_t index, const std::string& name, double t,
                                           const detail::OnlineWindow::Outcome& outcome) {
   if (!outcome.rejected) {
-    health_.used(index, t, outcome.sigmas, outcome.nis, outcome.rows);
+    health_.used(index, t, outcome.innovation);
     return true;
   }
-  health_.rejected(index, t, *outcome.sigmas);
+  health_.rejected(index, t, *outcome.innovation.sigmas);
   reject(name, {Kind::outside_gate,
                 name + ": the measurement valid at " + seconds_text(t) + " is outside the gate, " +
-                    std::to_string(*outcome.sigmas) + " standard deviations from its prediction",
-                t, *outcome.sigmas});
+                    std::to_string(*outcome.innovation.sigmas) + " standard deviations from its prediction",
+                t, *outcome.innovation.sigmas});
   return false;
 }
 

@@ -13,6 +13,7 @@
 #include <tandem/problem/navigation/imu_screen.hpp>
 #include <tandem/problem/tracking/measurement_screen.hpp>
 #include <tandem/solvers/online/event_queue.hpp>
+#include <tandem/solvers/online/imu_trial.hpp>
 #include <tandem/solvers/online/keyframe_policy.hpp>
 #include <tandem/solvers/online/online_estimator.hpp>
 #include <tandem/solvers/online/online_window.hpp>
@@ -63,6 +64,7 @@ class OnlineEstimator::Streams {
     update_output_health();
   }
   std::optional<Alignment> handover_start() const;
+  const std::vector<std::pair<double, double>>& imu_exclusions() const { return imu_exclusions_; }
 
  private:
   using Clock = std::chrono::steady_clock;
@@ -88,11 +90,20 @@ class OnlineEstimator::Streams {
   void soften_constraints();
   void reset_now();
   void make_window();
+  bool tries_imu() const;
+  bool exclude_imu(std::optional<double> since, double t);
+  void readmit_imu(double t);
+  void end_imu_exclusion(double t);
+  void continue_from(const detail::ImuTrial::Agreement& agreement, std::string why);
+  std::vector<ImuSample> newest_samples() const;
+  bool uses_imu() const { return ego_ && ego_->imu && !imu_excluded_; }
   enum class Chaser { continues, realigns };  // after a reset
   void reset_window(TrackReset::Kind kind, std::string why, const EgoStateSigmas& min_sigmas = {},
                     Chaser chaser = Chaser::continues);
   void adopt_measured(Alignment& start) const;
-  std::optional<EgoStateSigmas> newest_state_sigmas(const EgoStateSigmas& min_sigmas) const;
+  std::optional<EgoStateSigmas> state_sigmas(const EgoKeyframe& keyframe, const EgoStateSigmas& min_sigmas) const;
+  std::optional<Alignment> state_before(double t) const;
+  void begin_reset(TrackReset::Kind kind, std::string why);
   bool suspend_before(double t);
   void update_output_health();
   std::optional<double> chaser_aided() const;
@@ -113,9 +124,12 @@ class OnlineEstimator::Streams {
   std::vector<Stamped<SE3>> odometry_;
   OdometryScreen odometry_screen_;
   std::optional<ImuScreen> imu_screen_;
-  std::vector<ReadingScreen> screens_;                     // by index of the health monitor
-  std::vector<std::optional<EgoMeasurement>> newest_ego_;  // newest plausible measurement of each own sensor
-  std::deque<ImuSample> recent_samples_;                   // since the newest keyframe, for a reset
+  std::vector<ReadingScreen> screens_;                      // by index of the health monitor
+  std::vector<std::optional<EgoMeasurement>> newest_ego_;   // newest plausible measurement of each own sensor
+  std::optional<detail::ImuTrial> imu_trial_;               // with an IMU; has its newest samples
+  bool imu_excluded_ = false;                               // the IMU contradicts the other sensors
+  double next_imu_trial_ = -HUGE_VAL, imu_trial_wait_ = 0;  // s
+  std::vector<std::pair<double, double>> imu_exclusions_;   // start and end [s]
   double last_imu_ = -HUGE_VAL;
   double aligned_ = -HUGE_VAL;  // time of the last alignment [s]
   MaybeRejection rejected_;     // rejection of the current call

@@ -111,19 +111,22 @@ bool OnlineWindow::update_covariance() {
   return covariance_ == Covariance::current;
 }
 
-bool OnlineWindow::passes(const Block& block, Eigen::Index rows, bool use_gate, Outcome& outcome) const try {
+bool OnlineWindow::passes(const Block& block, Eigen::Index rows, bool use_gate, Outcome& outcome) try {
+  NormalizedInnovation& of = outcome.innovation;
   if (const auto innovation = use_gate ? normalized_innovation(lag_, block, rows) : std::nullopt) {
-    outcome.sigmas = innovation->sigmas;
-    outcome.nis = innovation->nis;
-    outcome.rows = std::size_t(innovation->rows);
+    of = {innovation->sigmas, innovation->nis, std::size_t(innovation->rows)};
+    if (const Loss loss = lag_.problem().loss(block); loss.kind != Loss::Kind::none) {
+      of.down_weighted = loss(of.nis).d1 < kDownweightThreshold;
+      of.expected_down_weighted = expectations_(loss, int(rows)).down_weighted;
+    }
   }
   const double gate = options_.reset.gate;
-  outcome.rejected = outcome.sigmas ? !(*outcome.sigmas <= gate) : !has_finite_cost(lag_.problem(), block);
-  if (outcome.rejected && !outcome.sigmas) outcome.sigmas = HUGE_VAL;
+  outcome.rejected = of.sigmas ? !(*of.sigmas <= gate) : !has_finite_cost(lag_.problem(), block);
+  if (outcome.rejected && !of.sigmas) of.sigmas = HUGE_VAL;
   return !outcome.rejected;
 } catch (const UndefinedResidualError&) {
   outcome.rejected = true;
-  outcome.sigmas = HUGE_VAL;
+  outcome.innovation.sigmas = HUGE_VAL;
   return false;
 }
 

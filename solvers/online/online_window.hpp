@@ -7,6 +7,7 @@
 #include <vector>
 
 #include <tandem/problem/tracking/target_window.hpp>
+#include <tandem/solvers/fit_report.hpp>
 #include <tandem/solvers/fixed_lag/fixed_lag.hpp>
 #include <tandem/solvers/online/motion_hypotheses.hpp>
 #include <tandem/solvers/online/online_estimator.hpp>
@@ -46,10 +47,8 @@ class OnlineWindow {
   /// The result of adding a measurement.
   struct Outcome {
     std::optional<std::string> why_not{};  ///< the reason if it cannot be used, a sentence
-    std::optional<double> sigmas{};        ///< its normalised innovation, if that has a covariance
-    double nis = 0;                        ///< νᵀ S⁻¹ ν of its innovation ν
-    std::size_t rows = 0;                  ///< rows of ν; 0 if that has no covariance
-    bool rejected = false;                 ///< outside the gate
+    NormalizedInnovation innovation{};
+    bool rejected = false;  ///< outside the gate
   };
   /// Adds a measurement of the target if it passes the gate.
   Outcome add_measurement(std::size_t sensor, const Measurement& m);
@@ -71,6 +70,10 @@ class OnlineWindow {
   std::optional<TargetState> predicted_target(double h) const;
   std::optional<RelativeTarget> relative_target(double h) const;
   OnlineEstimator::Covariance covariance() const;
+  // Only if has_chain(): the last keyframe at or before t, or the oldest; its state and covariance.
+  const EgoKeyframe& own_keyframe(double t) const;
+  EgoState own_state(const EgoKeyframe& keyframe) const { return chain_->state(keyframe); }
+  OnlineEstimator::Covariance own_covariance(const EgoKeyframe& keyframe) const;
   std::vector<OnlineEstimator::SensorError> sensor_errors() const;
   std::optional<MotionHypotheses::Checkpoint> hypotheses() const;
   void restore(const MotionHypotheses::Checkpoint& checkpoint);
@@ -120,7 +123,7 @@ class OnlineWindow {
   void mark_covariance_extendable();
   bool update_covariance();
   bool minimize_once();
-  bool passes(const Block& block, Eigen::Index rows, bool use_gate, Outcome& outcome) const;
+  bool passes(const Block& block, Eigen::Index rows, bool use_gate, Outcome& outcome);
   void track_keyframe(const EgoKeyframe& keyframe);
   template <class Sensors>
   void track_replaced_biases(Sensors& sensors, bool unknown);
@@ -142,6 +145,7 @@ class OnlineWindow {
   std::variant<std::monostate, Target<SE3>, Target<SE2>> target_;
   std::optional<MotionHypotheses> hypotheses_;  // if OnlineOptions::hypotheses
   RestartSchedule restarts_;
+  LossExpectations expectations_;
   double cost_ = 0;
   // State of the covariance of lag_: outdated; valid except for new variables; valid; or undefined, because a residual
   // is undefined.

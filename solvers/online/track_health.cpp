@@ -20,7 +20,7 @@ void check(const ResetOptions& o) {
 }
 
 std::string_view name(OutputState state) {
-  constexpr std::string_view names[] = {"none", "aided", "lost", "invalid"};
+  constexpr std::string_view names[] = {"none", "aided", "lost", "invalid", "unconfirmed"};
   return names[int(state)];
 }
 
@@ -45,15 +45,17 @@ void HealthMonitor::received(std::size_t sensor, double t) {
   last = std::max(last.value_or(t), t);
 }
 
-void HealthMonitor::used(std::size_t sensor, double t, std::optional<double> sigmas, double nis, std::size_t rows) {
+void HealthMonitor::used(std::size_t sensor, double t, const NormalizedInnovation& innovation) {
   SensorHealth& s = health_.sensors[sensor];
   ++s.used;
   s.rejected_in_a_row = 0;
   rejected_since_[sensor].reset();
   s.last_used = std::max(s.last_used.value_or(t), t);
-  s.sigmas = sigmas;
-  s.nis += nis;
-  s.nis_rows += rows;
+  s.sigmas = innovation.sigmas;
+  s.nis += innovation.nis;
+  s.nis_rows += innovation.rows;
+  s.down_weighted += innovation.down_weighted;
+  s.expected_down_weighted += innovation.expected_down_weighted;
   add_verdict(sensor, t, false);
 }
 
@@ -103,6 +105,38 @@ bool HealthMonitor::must_reset_to(std::size_t sensor) const {
   return !is_confirmed(sensor, *since, was_absent);
 }
 
+bool HealthMonitor::contradicts(std::size_t sensor, double t) const {
+  return health_.sensors[sensor].rejected_in_a_row >= std::size_t(options_.rejections) &&
+         t - verdicts_[sensor].back().t <= options_.reset_after;
+}
+
+std::optional<double> HealthMonitor::all_contradicting_since(double t) const {
+  std::optional<double> since;
+  std::optional<int> subject;
+  bool several = false;
+  for (std::size_t i = 0; i < sensors_.size(); ++i) {
+    if (!contradicts(i, t)) continue;
+    several |= subject && *subject != sensors_[i].subject;
+    subject = sensors_[i].subject;
+    since = std::min(since.value_or(HUGE_VAL), rejected_since_[i].value());
+  }
+  return several ? since : std::nullopt;
+}
+
+std::string HealthMonitor::contradicting_sensors(double t) const {
+  std::string names;
+  for (std::size_t i = 0; i < sensors_.size(); ++i)
+    if (contradicts(i, t)) names += (names.empty() ? "" : " and ") + sensors_[i].name;
+  return names;
+}
+
+void HealthMonitor::adopt(std::size_t sensor) {
+  const auto& used = health_.sensors[sensor].last_used;
+  const double t = verdicts_[sensor].back().t;
+  if (used && rejected_since_[sensor].value_or(t) - *used <= kAbsence)
+    adopted_[sensors_[sensor].subject < 0] = Adopted{sensor, t};
+}
+
 void HealthMonitor::updated(double t, bool converged) {
   health_.converged = converged;
   if (converged) {
@@ -119,16 +153,28 @@ bool HealthMonitor::is_stuck(double t) const {
 }
 
 void HealthMonitor::update_outputs(double t, std::optional<double> chaser_aided, std::optional<double> target_aided) {
-  health_.chaser = output(t, chaser_aided);
-  health_.target = output(t, target_aided);
+  health_.chaser = output(t, chaser_aided, false);
+  health_.target = output(t, target_aided, true);
 }
 
-OutputHealth HealthMonitor::output(double t, std::optional<double> aided) const {
+void HealthMonitor::set_confirmed(bool chaser, bool target) {
+  health_.chaser.confirmed = chaser && health_.chaser.state == OutputState::aided;
+  health_.target.confirmed = target && health_.target.state == OutputState::aided;
+}
+
+bool HealthMonitor::recently_used(std::size_t sensor, double t) const {
+  return t - health_.sensors[sensor].last_used.value_or(-HUGE_VAL) <= options_.lost_after;
+}
+
+OutputHealth HealthMonitor::output(double t, std::optional<double> aided, bool of_target) {
   if (!aided) return {};
+  std::optional<Adopted>& adopted = adopted_[of_target];
+  if (adopted && is_confirmed(adopted->sensor, adopted->t, false)) adopted.reset();
   const double age = std::max(0.0, t - *aided);
   const double bad = std::max(age, t - health_.unconverged_since.value_or(t));
   const OutputState state = bad > options_.invalid_after ? OutputState::invalid
                             : age > options_.lost_after  ? OutputState::lost
+                            : adopted                    ? OutputState::unconfirmed
                                                          : OutputState::aided;
   return {state, age};
 }
@@ -152,6 +198,7 @@ void HealthMonitor::forget_times() {
     sensor.last_used.reset();
   }
   for (auto& since : rejected_since_) since.reset();
+  for (auto& adopted : adopted_) adopted.reset();
   health_.unconverged_since.reset();
 }
 

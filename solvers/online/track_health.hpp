@@ -53,6 +53,9 @@ struct SensorHealth {
   /// Sum of the NIS of the used measurements whose innovation has a covariance, and the number of their rows.
   double nis = 0;
   std::size_t nis_rows = 0;
+  /// Used measurements whose NIS the robust loss gives a weight below kDownweightThreshold, and their expected number.
+  std::size_t down_weighted = 0;
+  double expected_down_weighted = 0;
 };
 
 /// Reliability of the newest state.
@@ -61,9 +64,12 @@ enum class OutputState {
   aided,    ///< recent measurements were used
   lost,     ///< no recent measurement: dead reckoning or prediction
   invalid,  ///< lost for too long, or updates do not converge: do not use
+  /// Recent measurements were used, but the estimate was reset to a sensor that contradicted it, and no other sensor has
+  /// confirmed this one since.
+  unconfirmed,
 };
 
-/// Returns "none", "aided", "lost" or "invalid".
+/// Returns "none", "aided", "lost", "invalid" or "unconfirmed".
 std::string_view name(OutputState state);
 
 struct OutputHealth {
@@ -71,6 +77,9 @@ struct OutputHealth {
   /// Time since the last aiding measurement [s]. Odometry, GPS and DVL aid the chaser, but not depth or heading alone.
   /// Any sensor aids the target. Rejected measurements do not count.
   double age = 0;
+  /// Whether recent measurements of at least two sensors, the IMU included, agree, so that each shows gross errors of the
+  /// other. Odometry has no other sensor.
+  bool confirmed = false;
 };
 
 struct TrackHealth {
@@ -97,6 +106,15 @@ struct TrackReset {
 
 namespace detail {
 
+/// The innovation ν of a measurement, normalised by its covariance S.
+struct NormalizedInnovation {
+  std::optional<double> sigmas{};     ///< largest |νᵢ| / √Sᵢᵢ; empty without a covariance
+  double nis = 0;                     ///< νᵀ S⁻¹ ν
+  std::size_t rows = 0;               ///< rows of ν; 0 without a covariance
+  bool down_weighted = false;         ///< the robust loss gives the NIS a weight below kDownweightThreshold
+  double expected_down_weighted = 0;  ///< probability of that if the noise is as stated
+};
+
 /// Tracks the health of an OnlineEstimator and decides when to reset it.
 class HealthMonitor {
  public:
@@ -113,7 +131,7 @@ class HealthMonitor {
 
   // t: time at which the measurement was valid [s].
   void received(std::size_t sensor, double t);
-  void used(std::size_t sensor, double t, std::optional<double> sigmas, double nis = 0, std::size_t rows = 0);
+  void used(std::size_t sensor, double t, const NormalizedInnovation& innovation);
   void rejected(std::size_t sensor, double t, double sigmas);
   /// Returns the time since which a sensor contradicts the estimate [s], or nothing.
   std::optional<double> contradicting_since(std::size_t sensor) const;
@@ -122,12 +140,26 @@ class HealthMonitor {
   /// absence, it is believed, since the estimate had no measurement of its kind.
   bool must_reset_to(std::size_t sensor) const;
 
+  /// Returns the time since which sensors of at least two subjects have contradicted the estimate without a break [s],
+  /// or nothing. Only rejections within ResetOptions::reset_after before t [s] count.
+  std::optional<double> all_contradicting_since(double t) const;
+  /// Returns the names of the sensors that contradict the estimate now, e.g. "depth and dvl".
+  std::string contradicting_sensors(double t) const;
+
+  /// Must be called before a reset to a sensor that contradicts the estimate. Until another sensor confirms it, the output
+  /// that it aids is unconfirmed. After an absence, the sensor is as good as at the start.
+  void adopt(std::size_t sensor);
+
   void updated(double t, bool converged);
   /// Returns whether the window has not converged for too long at time t [s].
   bool is_stuck(double t) const;
 
   /// Updates the output states at time t [s], from the times when chaser and target were last aided (empty: no state).
   void update_outputs(double t, std::optional<double> chaser_aided, std::optional<double> target_aided);
+  /// States whether the outputs are confirmed; call it after update_outputs().
+  void set_confirmed(bool chaser, bool target);
+  /// Returns whether a measurement of the sensor within ResetOptions::lost_after before t [s] was used.
+  bool recently_used(std::size_t sensor, double t) const;
 
   /// Returns the time of the last used measurement of sensors first to last − 1 [s]; −∞ if there is none.
   double last_used(std::size_t first, std::size_t last) const;
@@ -148,14 +180,20 @@ class HealthMonitor {
     double t;
     bool rejected;
   };
+  bool contradicts(std::size_t sensor, double t) const;
   void add_verdict(std::size_t sensor, double t, bool rejected);
-  OutputHealth output(double t, std::optional<double> aided) const;
+  OutputHealth output(double t, std::optional<double> aided, bool of_target);
 
   ResetOptions options_;
   /// Returns whether another sensor, or only one of the same subject, confirms the estimate against this one since
   /// time t [s].
   bool is_confirmed(std::size_t sensor, double t, bool only_same) const;
 
+  struct Adopted {
+    std::size_t sensor;
+    double t;  // s
+  };
+  std::optional<Adopted> adopted_[2];  // by the chaser and by the target
   std::vector<Sensor> sensors_;
   std::vector<std::optional<double>>
       rejected_since_;                         // per sensor: first rejection after the last used measurement [s]

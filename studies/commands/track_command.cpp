@@ -39,7 +39,7 @@ struct TrackRequest {
   std::optional<Newest> newest;
   std::optional<double> stamp_unit;  ///< s
   std::optional<std::filesystem::path> snapshot;
-  std::optional<double> every;  ///< s
+  std::optional<double> every, settle;  ///< s
   bool standard_input = false, json_lines = false;
   std::optional<LineCovariance> covariance;  ///< in the lines of JSON
   Output output;
@@ -142,6 +142,8 @@ TrackOptions track_options(const TrackRequest& request) {
     throw Error("--json-lines and --json exclude each other: one line for each update, or one summary");
   if ((request.rate || request.covariance) && !request.json_lines)
     throw Error(fmt::format("{} needs --json-lines", request.rate ? "--rate" : "--covariance"));
+  if (request.settle && request.snapshot)
+    throw Error("--settle and --snapshot exclude each other: the lines that wait are not in a snapshot");
   if (online.soften_infeasible && online.tracking.non_holonomic != Role::hard &&
       online.tracking.roll_pitch != Role::hard && request.problem.limits != Role::hard)
     throw Error("--soften needs a hard constraint: --limits, --non-holonomic or --roll-pitch hard");
@@ -253,6 +255,7 @@ int run_track(const TrackRequest& request, const CommandOptions& option) {
   choose_newest(request, scenario, !option.given(kTarget).empty(), options.online);
   const std::unique_ptr<OnlineFeed> feed = feed_of(scenario, request.standard_input);
   if (request.stamp_unit) feed->set_unit(*request.stamp_unit);
+  if (request.settle) feed->set_settling_time(*request.settle);
   if (!request.standard_input && !request.output.quiet)
     if (const std::string why = timestamp_overlap_warning(scenario); !why.empty()) warn(why);
 
@@ -280,6 +283,7 @@ int run_track(const TrackRequest& request, const CommandOptions& option) {
   const TrackSummary summary = summarise(result, scenario, options);
   Results results;
   results.incomplete_reason = why_unreliable(result);
+  if (const FitReport fit = track_fit(result.health); !fit.consistent()) results.misfit = fit.verdict();
   results.announces_folder = !request.json_lines;
   if (request.json_lines) print(track_json_summary_line(result, summary));
   if (!request.json_lines) results.table = [&] { return "\n" + track_report(result, summary); };
@@ -327,6 +331,10 @@ Command track_command() {
         option.advanced();
         option("--stamps", "auto|s|ms|us|ns", "Unit of the time stamps of all streams (default auto)",
                request->stamp_unit, parse_stamp_unit);
+        option("--settle", "SECONDS",
+               "Process each line SECONDS after its time, so that lines late by up to SECONDS come in order [s] "
+               "(default 0)",
+               request->settle, parse_positive);
         option.group("Window");
         option("--window", "SECONDS", "Length of the sliding window; older states are marginalised [s] (default 60)",
                request->window, parse_positive);
@@ -380,7 +388,7 @@ Command track_command() {
         option("--every", "SECONDS", "Wall-clock time between snapshots [s] (default 10)", request->every,
                parse_positive);
         add_output(option, request->output,
-                   {.writes = "Write filtered trajectories, errors, summary.json and plots to DIR"});
+                   {.writes = "Write filtered trajectories, errors, summary.json and plots to DIR", .judges = true});
         option.flag("--json-lines", "Print each update as a line of JSON, and finally the summary as another one",
                     request->json_lines);
         option("--rate", "HZ", "With --json-lines: at most HZ lines per second of data [Hz] (default: every update)",

@@ -27,10 +27,27 @@ class Seconds {
   std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
 };
 
+using Intervals = std::vector<std::pair<double, double>>;  // start and end [s]
+
+/// Drops the samples in these intervals, and reports them.
+void drop_samples(const Intervals& intervals, NavigationData& data, std::vector<NavigationFinding>& findings) {
+  for (const auto& interval : intervals) {
+    NavigationFinding finding{NavigationFinding::Kind::rejected, data.imu->name};
+    std::erase_if(data.imu->samples, [&](const ImuSample& sample) {
+      if (sample.t < interval.first || sample.t > interval.second) return false;
+      if (finding.count++ == 0) finding.from = sample.t;
+      finding.to = sample.t;
+      return true;
+    });
+    if (finding.count > 0) findings.push_back(finding);
+  }
+}
+
 /// Returns the states at all keyframes by fixed-lag smoothing, each as it leaves the window. Suggests the measurements
 /// outside of its gate as gross errors.
 std::vector<Stamped<EgoState>> initial_guess(const NavigationData& data, const Alignment& start,
-                                             const NavigationOptions& options, const Stop& stop, GrossErrors& errors) {
+                                             const NavigationOptions& options, const Stop& stop, GrossErrors& errors,
+                                             Intervals& without_imu) {
   OnlineOptions online;
   online.ego = options.ego;
   // Without an IMU, there are no biases that need a long window, and every measurement makes a keyframe.
@@ -47,6 +64,7 @@ std::vector<Stamped<EgoState>> initial_guess(const NavigationData& data, const A
   errors.keep_rare();
   const auto rest = estimator.window();
   states.insert(states.end(), rest.begin(), rest.end());
+  without_imu = estimator.imu_exclusions();
   return states;
 }
 
@@ -120,7 +138,9 @@ Navigation navigate(const NavigationData& data, const NavigationOptions& options
   const Alignment start = options.start ? *options.start : align(result.data, options.alignment, online, stop);
   result.start = start;
   GrossErrors errors(result.data);
-  result.states = initial_guess(result.data, start, options, stop, errors);
+  Intervals without_imu;
+  result.states = initial_guess(result.data, start, options, stop, errors, without_imu);
+  if (options.reject_gross_errors) drop_samples(without_imu, result.data, result.findings);
   if (result.states.size() < 2) stop.check("navigation stopped before the second keyframe");
   if (result.states.size() < 2) throw Error("navigation needs data for at least two keyframes");
   result.alignment_seconds = clock();

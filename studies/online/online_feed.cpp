@@ -157,7 +157,26 @@ OnlineFeed::OnlineFeed(const Scenario& settings)
   };
 }
 
+std::optional<FeedLine> OnlineFeed::take_settled() {
+  if (settling_.empty()) return std::exchange(after_reset_, {});
+  return std::move(settling_.extract(settling_.begin()).mapped());
+}
+
 std::optional<FeedLine> OnlineFeed::next() {
+  if (settling_time_ == 0) return next_accepted();
+  while (!after_reset_) {
+    if (!settling_.empty() && settling_.begin()->first <= settling_.rbegin()->first - settling_time_) break;
+    std::optional<FeedLine> line = next_accepted();
+    if (!line) break;
+    if (line->time_reset)
+      after_reset_ = std::move(line);
+    else
+      settling_.emplace(line->t, std::move(*line));
+  }
+  return take_settled();
+}
+
+std::optional<FeedLine> OnlineFeed::next_accepted() {
   while (ready_.empty()) {
     std::optional<FeedLine> line = read();
     if (line) {
@@ -187,7 +206,7 @@ std::optional<FeedLine> OnlineFeed::next() {
 }
 
 std::optional<FeedCheckpoint> OnlineFeed::checkpoint() const {
-  if (!ready_.empty() || !waiting_.empty() || !clocks_.is_ready()) return {};
+  if (!ready_.empty() || !waiting_.empty() || !settling_.empty() || !clocks_.is_ready()) return {};
   FeedCheckpoint checkpoint{{}, clocks_.checkpoint(), rejected_.counts()};
   for (std::size_t i = 0; i < held_.size(); ++i)
     checkpoint.rows.push_back(rows(i, held_[i].size() + disordered_[i].since_oldest()));

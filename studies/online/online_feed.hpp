@@ -94,6 +94,10 @@ class OnlineFeed {
   /// Sets the unit of all stamps [s]. Without this call, the feed detects the unit, from nanoseconds to seconds.
   void set_unit(double seconds) { clocks_.set_unit(seconds); }
 
+  /// Gives out each line only after a line `seconds` later has arrived, in the order of the times: late lines of all
+  /// streams then come in order. There are no checkpoints while lines wait.
+  void set_settling_time(double seconds) { settling_time_ = seconds; }
+
   /// Returns the next line, or nothing at the end of the data.
   std::optional<FeedLine> next();
   const FeedStreams& streams() const { return streams_; }
@@ -115,6 +119,8 @@ class OnlineFeed {
   RejectedLines rejected_;
 
  private:
+  std::optional<FeedLine> next_accepted();
+  std::optional<FeedLine> take_settled();
   void judge(FeedLine line);
   void make_ready(std::size_t stream, FeedLine line, bool time_reset);
   bool is_repeated(std::size_t stream, const FeedLine& line);
@@ -123,6 +129,9 @@ class OnlineFeed {
   std::deque<FeedLine> waiting_;                     // lines that wait until the unit of stamps is known
   std::vector<std::deque<FeedLine>> held_;           // per stream: lines after a time jump that is not yet confirmed
   std::deque<FeedLine> ready_;                       // accepted lines
+  double settling_time_ = 0;                         // s
+  std::multimap<double, FeedLine> settling_;         // accepted lines by time
+  std::optional<FeedLine> after_reset_;              // the line with which the time restarts, after those settling
   std::vector<ReorderBuffer<FeedLine>> disordered_;  // per stream: lines of the motion
   std::vector<std::multimap<double, std::size_t>> recent_;  // per stream: hashes of the newest lines by time
 };

@@ -1,4 +1,5 @@
 #include <tandem/studies/estimation/error_fields.hpp>
+#include <tandem/studies/fit/fit_text.hpp>
 #include <tandem/studies/navigation/systematic_error_estimates_json.hpp>
 #include <tandem/studies/online/track_report.hpp>
 
@@ -52,6 +53,10 @@ JsonFields<SensorHealth> sensor_fields() {
       .add("sensor", "name of the sensor", [](const S& s) { return s.name; })
       .add("used", "number of measurements used", [](const S& s) { return s.used; })
       .add("rejected", "number of measurements that the gate rejected", [](const S& s) { return s.rejected; })
+      .add("down_weighted", "number that the robust loss gives a weight below 0.5",
+           [](const S& s) { return s.down_weighted; })
+      .add("nis", "mean NIS per row of the used measurements; 1 if consistent",
+           [](const S& s) { return s.nis_rows > 0 ? std::optional(s.nis / double(s.nis_rows)) : std::nullopt; })
       .add("last_used", "time of the last used measurement [s]", [](const S& s) { return s.last_used; });
 }
 
@@ -140,6 +145,8 @@ JsonFields<Document> track_fields() {
       .add("suspensions", "number of suspensions", [](const D& d) { return d.track.health.suspensions; })
       .add_list("sensors", "use of each sensor", sensor_fields(),
                 [](const D& d) -> const std::vector<SensorHealth>& { return d.track.health.sensors; })
+      .add_object("fit", "agreement of the innovations with the stated noise; the cost is half the sum of the NIS",
+                  fit_fields(), [](const D& d) { return track_fit(d.track.health); })
       .add_object("unreliable",
                   "the longest interval in which the track was unreliable, if it is --bad-after or longer",
                   unreliable_fields(), [](const D& d) { return d.track.faulty_interval; })

@@ -79,9 +79,13 @@ Rows covariance_rows(const Line& l, LineCovariance wanted, Eigen::Index first, E
 JsonFields<RecordHealth> output_fields() {
   using H = RecordHealth;
   return JsonFields<H>()
-      .add("chaser", "aided, lost or invalid", [](const H& h) { return name(h.chaser.state); })
-      .add("target", "aided, lost, invalid, or none: there is no target yet",
-           [](const H& h) { return name(h.target.state); });
+      .add("chaser", "aided, lost, invalid or unconfirmed", [](const H& h) { return name(h.chaser.state); })
+      .add("target", "aided, lost, invalid, unconfirmed, or none: there is no target yet",
+           [](const H& h) { return name(h.target.state); })
+      .add("chaser_confirmed",
+           "whether at least two sensors of the chaser agree, so that each shows gross errors of the other",
+           [](const H& h) { return h.chaser.confirmed; })
+      .add("target_confirmed", "likewise for the sensors of the target", [](const H& h) { return h.target.confirmed; });
 }
 
 JsonFields<Prediction> line_prediction_fields() {

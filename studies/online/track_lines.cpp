@@ -90,7 +90,10 @@ std::string TrackLines::health(const TrackRecord& r) {
   if (!r.health.converged) return "unconverged";
   if (rejected_ > before) return fmt::format("{} rejected", rejected_ - before);
   const std::string lost = outputs_in(OutputState::lost);
-  return lost.empty() ? "ok" : lost;
+  if (!lost.empty()) return lost;
+  for (const auto& [what, output] : {std::pair{"target", r.health.target}, {"chaser", r.health.chaser}})
+    if (output.state == OutputState::unconfirmed) return fmt::format("{} {}", what, name(output.state));
+  return "ok";
 }
 
 std::string TrackLines::chaser_cells(const TrackRecord& r) const {

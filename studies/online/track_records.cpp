@@ -107,6 +107,7 @@ void pack(const TrackRecord& r, std::vector<double>& buffer) {
   for (const OutputHealth& output : {r.health.chaser, r.health.target}) {
     write(double(output.state));
     write(output.age);
+    write(double(output.confirmed));
   }
   for (const SensorRecord& sensor : r.health.sensors) {
     write(double(sensor.used));
@@ -198,7 +199,7 @@ void TrackRecords::each(const std::function<void(const TrackRecord&)>& f) const 
     r.health.resets = whole(kMaxCount);
     r.health.suspensions = whole(kMaxCount);
     for (OutputHealth* output : {&r.health.chaser, &r.health.target})
-      *output = {OutputState(whole(double(OutputState::invalid))), number()};
+      *output = {OutputState(whole(double(OutputState::unconfirmed))), number(), number() != 0};
     r.health.sensors.resize(sensors_);
     for (SensorRecord& sensor : r.health.sensors) {
       sensor.used = whole(kMaxCount);

@@ -57,11 +57,15 @@ struct ErrorMoments {
 
 std::string health_table(const TrackHealth& health) {
   using Align = TextTable::Align;
-  TextTable table({{"sensor", Align::left}, {"used"}, {"rejected"}, {"last used [s]"}});
+  TextTable table(
+      {{"sensor", Align::left}, {"used"}, {"rejected"}, {"down-weighted"}, {"NIS per row"}, {"last used [s]"}});
   for (const SensorHealth& s : health.sensors)
     table.row({printable(s.name), fmt::format("{}", s.used), fmt::format("{}", s.rejected),
+               fmt::format("{}", s.down_weighted),
+               s.nis_rows > 0 ? fmt::format("{:.2f}", s.nis / double(s.nis_rows)) : "–",
                s.last_used ? fmt::format("{:.1f}", *s.last_used) : "–"});
   std::string text = "\n" + table.str();
+  text += "The NIS per row is 1 if the noise is as stated.\n" + track_fit(health).verdict() + "\n";
   if (health.resets + health.suspensions > 0)
     text += fmt::format("resets of the track: {}, suspensions: {}\n", health.resets, health.suspensions);
   return text;
@@ -101,6 +105,23 @@ std::string error_tables(const Track& track, const TrackSummary& summary) {
 }
 
 }  // namespace
+
+FitReport track_fit(const TrackHealth& health) {
+  FitReport report;
+  for (const SensorHealth& s : health.sensors) {
+    SensorFit& fit = report.sensors.emplace_back();
+    fit.name = s.name;
+    fit.used = int(s.used);
+    fit.rejected = int(s.rejected);
+    fit.down_weighted = int(s.down_weighted);
+    fit.expected_down_weighted = s.expected_down_weighted;
+    if (s.nis_rows > 0) fit.innovation_rms = std::sqrt(s.nis / double(s.nis_rows));
+    report.cost += 0.5 * s.nis;
+    report.expected_cost += 0.5 * double(s.nis_rows);
+  }
+  report.cost_sigma = std::sqrt(report.expected_cost);  // the variance of ½ χ² equals its mean
+  return report;
+}
 
 TrackError track_error(const Scenario& scenario, const TrackRecord& record, const TrackOptions& options) {
   TrackError error{{record.t, record.type, {}, {}, {}, {}}, {}, {}, {}, {}, {}};

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include <tandem/solvers/fit_report.hpp>
 #include <tandem/studies/estimation/estimate_metrics.hpp>
 #include <tandem/studies/online/track.hpp>
 #include <tandem/studies/support/file_description.hpp>
@@ -51,6 +52,9 @@ TrackError track_error(const Scenario& scenario, const TrackRecord& record, cons
 
 /// Summarises the records of a track and their errors against the scenario's truth.
 TrackSummary summarise(const Track& track, const Scenario& scenario, const TrackOptions& options);
+
+/// Judges the innovations of a track against the stated noise. The cost of the report is half the sum of the NIS.
+FitReport track_fit(const TrackHealth& health);
 
 /// Returns a report for a terminal.
 std::string track_report(const Track& track, const TrackSummary& summary);

@@ -66,7 +66,7 @@ CsvTable<TrackRow> track_columns(const std::vector<double>& ahead, const std::ve
            [](const TrackRow& r) { return r.record.health.suspensions; })
       .add("chaser_output",
            "aided; lost: no aiding measurement for --lost-after; invalid: none, or no converged update, for "
-           "--invalid-after",
+           "--invalid-after; unconfirmed: reset to a sensor that contradicted the estimate, and that no other confirms",
            [](const TrackRow& r) { return name(r.record.health.chaser.state); })
       .add("target_output", "as chaser_output; none: there is no target yet",
            [](const TrackRow& r) { return name(r.record.health.target.state); });

@@ -22,7 +22,7 @@ using Packed = nlohmann::json;
 
 // A file consists of a line with this text and the version, a line with the checksum of the rest, and a CBOR document.
 constexpr std::string_view kKind = "tandem track snapshot ";
-constexpr std::string_view kVersion = "5\n";
+constexpr std::string_view kVersion = "6\n";
 constexpr std::size_t kDigits = 16;  // hexadecimal digits of the checksum; a line end follows
 
 // The checksum detects truncation and bit errors, not deliberate changes.
@@ -233,6 +233,8 @@ void sensor_fields(F& f, Sensor& sensor) {
   f(sensor.sigmas);
   f(sensor.nis);
   f(sensor.nis_rows);
+  f(sensor.down_weighted);
+  f(sensor.expected_down_weighted);
 }
 
 template <class F, class Health>

@@ -14,6 +14,7 @@ namespace tandem::faults {
 namespace {
 
 using ::testing::HasSubstr;
+using ::testing::Not;
 
 constexpr double kFault = 60, kEnd = 120;  // s
 
@@ -131,6 +132,42 @@ TEST(GrossErrorsOnline, AreNamedAndRecoveredFrom) {
       EXPECT_LE(found.at_end, 1.5 * clean.at_end + 0.3) << found.messages.substr(0, 500);
     }
   }
+}
+
+struct ImuFaultCase {
+  std::string name;
+  std::function<void(ImuSample&, const ImuSample& first)> change;
+};
+
+/// A constant error of one axis, and an axis that is stuck, for 15 s and to the end: without the IMU the other sensors
+/// agree, so they win, and the run names the IMU. It is used again when it works again.
+TEST(GrossErrorsOnline, AnImuThatContradictsAllOthersIsNotUsed) {
+  const SimulatedDive dive = simulate_dive({.grade = Grade::tactical, .minutes = kEnd / 60, .seed = 4});
+  const TrackedRun clean = run(dive, dive.data);
+  EXPECT_THAT(clean.messages, Not(HasSubstr("imu contradicts")));
+  const std::vector<ImuFaultCase> cases = {
+      {"specific force x", [](ImuSample& s, const ImuSample&) { s.specific_force.x() += 8; }},
+      {"specific force z", [](ImuSample& s, const ImuSample&) { s.specific_force.z() += 8; }},
+      {"rate x", [](ImuSample& s, const ImuSample&) { s.angular_rate.x() += 0.3; }},
+      {"rate z", [](ImuSample& s, const ImuSample&) { s.angular_rate.z() += 0.3; }},
+      {"stuck", [](ImuSample& s, const ImuSample& first) { s.specific_force.z() = first.specific_force.z() + 1; }},
+  };
+  for (const double duration : {15.0, kEnd})
+    for (const ImuFaultCase& fault : cases) {
+      SCOPED_TRACE(fault.name + " for " + std::to_string(duration));
+      NavigationData data = dive.data;
+      std::optional<ImuSample> first;
+      for (ImuSample& sample : data.imu->samples) {
+        if (sample.t < kFault || sample.t > kFault + duration) continue;
+        if (!first) first = sample;
+        fault.change(sample, *first);
+      }
+      const TrackedRun found = run(dive, data);
+      EXPECT_THAT(found.messages, HasSubstr("imu contradicts"));
+      EXPECT_LE(found.falsely_aided, 10);
+      EXPECT_LE(found.at_end, duration < kEnd ? 1.5 * clean.at_end + 0.3 : 3.0);
+      if (duration < kEnd) EXPECT_THAT(found.messages, HasSubstr("imu agrees with the other sensors again"));
+    }
 }
 
 }  // namespace

@@ -27,6 +27,20 @@ TEST(OdometryScreen, FiveConsistentPosesEstablishANewOrigin) {
   for (int i = 100; i < 104; ++i) EXPECT_EQ(screen.judge(pose_at(0.1 * i, 50)), Verdict::displaced);
   EXPECT_EQ(screen.judge(pose_at(10.4, 50)), Verdict::new_origin);
   EXPECT_EQ(screen.judge(pose_at(10.5, 50)), Verdict::use);
+  EXPECT_NEAR(screen.continued(pose_at(10.5, 50)).value.translation().x(), 10.5, 1e-9) << "at the speed before";
+}
+
+TEST(OdometryScreen, AVehicleDoesNotStopWithoutBraking) {
+  OdometryScreen frozen, braking;
+  for (int i = 0; i < 100; ++i) frozen.judge(pose_at(0.1 * i));
+  for (int i = 1; i < 5; ++i) EXPECT_EQ(frozen.judge({9.9 + 0.1 * i, pose_at(9.9).value}), Verdict::use);
+  for (int i = 5; i < 50; ++i) EXPECT_EQ(frozen.judge({9.9 + 0.1 * i, pose_at(9.9).value}), Verdict::frozen) << i;
+  EXPECT_EQ(frozen.judge(pose_at(15)), Verdict::use);
+  double x = 0;
+  for (int i = 0; i < 300; ++i) {
+    x += 0.1 * std::max(0.0, 2 - 0.1 * 0.3 * i);
+    EXPECT_EQ(braking.judge({0.1 * i, SE3(SO3(), Vector<3>(x, 0, 0))}), Verdict::use) << i;
+  }
 }
 
 TEST(MeasurementScreen, DiscardsTheLinesOfARecordingThatAreNotBelieved) {
@@ -50,11 +64,12 @@ TEST(MeasurementScreen, DiscardsTheLinesOfARecordingThatAreNotBelieved) {
   EXPECT_THAT(findings[3].text(), HasSubstr("usbl: dropped 7 lines between 21 and 27 s with a repeated value"));
 }
 
-TEST(MeasurementScreen, KeepsPosesAfterAJumpOfTheOdometry) {
+TEST(MeasurementScreen, ContinuesTheOdometryAfterAJump) {
   TrackingData data;
   for (int i = 0; i < 300; ++i) data.odometry.push_back(pose_at(0.1 * i, i >= 150 ? 500 : 0));
   const auto findings = screen(data);
   EXPECT_EQ(data.odometry.size(), 300u);
+  EXPECT_NEAR(data.odometry.back().value.translation().x(), 29.9, 1e-9);
   ASSERT_EQ(findings.size(), 1u);
   EXPECT_EQ(findings[0].text(), "odometry: jumps to a new origin at 15 s");
 }

@@ -27,7 +27,7 @@ TEST(TrackHealth, OccasionalRejectionsAreNoContradiction) {
   HealthMonitor m = monitor();
   for (int i = 0; i < 200; ++i) {
     if (i % 2)
-      m.used(kUsbl, 0.1 * i, 1.0);
+      m.used(kUsbl, 0.1 * i, {.sigmas = 1.0});
     else
       m.rejected(kUsbl, 0.1 * i, 9);
     ASSERT_FALSE(m.must_reset_to(kUsbl)) << i;
@@ -38,13 +38,13 @@ TEST(TrackHealth, AnotherSensorOfTheSameSubjectConfirmsTheEstimate) {
   HealthMonitor m = monitor();
   for (int i = 0; i < 20; ++i) {
     m.rejected(kUsbl, i, 9);
-    m.used(kCamera, i, 1.0);
+    m.used(kCamera, i, {.sigmas = 1.0});
   }
   EXPECT_FALSE(m.must_reset_to(kUsbl));
   HealthMonitor other = monitor();
   for (int i = 0; i < 20; ++i) {
     other.rejected(kUsbl, i, 9);
-    other.used(kDepth, i, 1.0);
+    other.used(kDepth, i, {.sigmas = 1.0});
   }
   EXPECT_TRUE(other.must_reset_to(kUsbl)) << "a depth sensor has another subject";
 }
@@ -55,17 +55,17 @@ TEST(TrackHealth, ASensorThatContradictsTheOthersDoesNotWinByPersisting) {
   constexpr unsigned motion = (1u << 1) | (1u << 2);
   const std::vector<HealthMonitor::Sensor> sensors{{"gps", 1, motion}, {"dvl", 2, motion}, {"depth", 3, motion}};
   HealthMonitor m(sensors, {}), absent(sensors, {}), both(sensors, {}), height(sensors, {});
-  m.used(kGps, 0, 1);
-  absent.used(kGps, 0, 1);
+  m.used(kGps, 0, {.sigmas = 1});
+  absent.used(kGps, 0, {.sigmas = 1});
   for (int i = 1; i < 600; ++i) {
     m.rejected(kGps, i, 9);
-    m.used(kDvl, i, 1);
+    m.used(kDvl, i, {.sigmas = 1});
     EXPECT_FALSE(m.must_reset_to(kGps)) << i;
-    absent.used(kDvl, i, 1);
+    absent.used(kDvl, i, {.sigmas = 1});
     if (i > 60) absent.rejected(kGps, i, 9);
     both.rejected(kGps, i, 9);
     both.rejected(kDvl, i, 9);
-    height.used(kDepth, i, 1);
+    height.used(kDepth, i, {.sigmas = 1});
     height.rejected(kDvl, i, 9);
   }
   EXPECT_TRUE(absent.must_reset_to(kGps));
@@ -73,9 +73,36 @@ TEST(TrackHealth, ASensorThatContradictsTheOthersDoesNotWinByPersisting) {
   EXPECT_TRUE(height.must_reset_to(kDvl)) << "a depth says nothing of the horizontal velocity";
 }
 
+TEST(TrackHealth, SensorsOfSeveralSubjectsContradictTogether) {
+  HealthMonitor m({{"gps", 1}, {"dvl", 2}, {"depth", 3}}, {});
+  for (int i = 0; i < 5; ++i) m.rejected(1, 10 + i, 9);
+  EXPECT_FALSE(m.all_contradicting_since(15)) << "the DVL alone may be wrong";
+  for (int i = 0; i < 3; ++i) m.rejected(2, 12 + i, 9);
+  EXPECT_EQ(m.all_contradicting_since(15), 10.0);
+  EXPECT_EQ(m.contradicting_sensors(15), "dvl and depth");
+  EXPECT_FALSE(m.all_contradicting_since(60)) << "long ago";
+  m.used(2, 15, {.sigmas = 1});
+  EXPECT_FALSE(m.all_contradicting_since(15));
+}
+
+TEST(TrackHealth, AnAdoptedSensorLeavesTheOutputUnconfirmedUntilAnotherAgrees) {
+  HealthMonitor m({{"usbl", -1}, {"camera", -1}}, {});
+  m.used(0, 1, {.sigmas = 1});
+  for (int i = 2; i < 12; ++i) m.rejected(0, i, 9);
+  ASSERT_TRUE(m.must_reset_to(0));
+  m.adopt(0);
+  m.record_reset(TrackReset::Kind::contradicted);
+  m.used(0, 12, {.sigmas = 1});
+  m.update_outputs(12, {}, 12);
+  EXPECT_EQ(m.health().target.state, OutputState::unconfirmed);
+  m.used(1, 13, {.sigmas = 1});
+  m.update_outputs(13, {}, 13);
+  EXPECT_EQ(m.health().target.state, OutputState::aided);
+}
+
 TEST(TrackHealth, AResetForgetsRejectionsButKeepsCounts) {
   HealthMonitor m = monitor();
-  m.used(kUsbl, 1, 0.5);
+  m.used(kUsbl, 1, {.sigmas = 0.5});
   for (int i = 2; i < 20; ++i) m.rejected(kUsbl, i, 9);
   EXPECT_EQ(m.health().sensors[kUsbl].last_used, 1.0);
   EXPECT_EQ(m.health().sensors[kUsbl].rejected, 18u);
