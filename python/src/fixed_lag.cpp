@@ -1,8 +1,8 @@
-#include <pybind11/eigen.h>
-#include <pybind11/stl.h>
+#include <cmath>
 
 #include <tandem/solvers/fixed_lag/fixed_lag.hpp>
 
+#include "bind_covariances.hpp"
 #include "problem_object.hpp"
 
 namespace tandem::python {
@@ -19,6 +19,9 @@ struct PyFixedLag {
 void bind_fixed_lag(py::module_& m) {
   py::class_<PyFixedLag> c(m, "FixedLag",
                            "Fixed-lag smoother: a problem whose old variables are marginalized.\n\n"
+                           "Costs and hard constraints are those of the attribute `problem`. Constraints that are "
+                           "active when a variable leaves count as equalities from then on. Covariances are those of "
+                           "the constrained window at the values of the last update.\n\n"
                            ">>> import tandem\n>>> lag = tandem.FixedLag(window=5.0)\n"
                            ">>> x = lag.add(0.0, tandem.R1([0.0]), 'x0')\n"
                            ">>> b = lag.problem.minimize(tandem.Prior(tandem.R1([1.0])), 1.0, x)\n"
@@ -40,23 +43,20 @@ void bind_fixed_lag(py::module_& m) {
         py::kw_only(), py::arg("window") = 60.0, py::arg("max_keyframes") = 0, py::arg("patience") = 0.5,
         py::arg("max_iterations") = 5, py::arg("cost_tolerance") = 1e-6, py::arg("step_tolerance") = 1e-9,
         py::arg("threads") = 0);
-  c.def_readonly("problem", &PyFixedLag::problem, "The problem of the window, for costs.");
+  c.def_readonly("problem", &PyFixedLag::problem, "The problem of the window, for costs and hard constraints.");
   c.def(
       "add",
       [](PyFixedLag& self, double t, py::handle initial, const std::string& name) {
         if (const auto why = self.lag->why_too_late(t)) throw BadInputError(*why);
+        if (!std::isfinite(t)) throw BadInputError("fixed-lag: the time of a variable is not finite");
         const py::object x = py::cast(self.problem).attr("add")(initial, name);
-        const PyVariable variable = x.cast<PyVariable>();
-        try {
-          self.lag->track(t, Variable<R3>(variable.handle));  // uses the handle only
-        } catch (...) {
-          self.problem->change().remove(variable.handle);
-          throw;
-        }
+        const BlockVariables added = block_variables(x, "add");
+        for (std::size_t i = 0; i < added.count; ++i)
+          self.lag->track(t, Variable<R3>(added.at(0, i)));  // uses the handle only
         return x;
       },
       py::arg("t"), py::arg("initial"), py::arg("name") = "",
-      "add(t, initial, name='')\n\nAdd a variable at a time [s].");
+      "add(t, initial, name='')\n\nAdd a variable, or an array of them, at a time [s].");
   c.def(
       "update",
       [](PyFixedLag& self) {
@@ -65,12 +65,9 @@ void bind_fixed_lag(py::module_& m) {
         return self.lag->update();
       },
       "update()\n\nSolve the window, then marginalize the variables that have left it.");
-  c.def(
-      "covariance",
-      [](const PyFixedLag& self, const PyVariable& x) {
-        return self.lag->covariance({self.problem->read().id(x.handle)}, {x.group->dof});
-      },
-      py::arg("x"), "covariance(x)\n\nReturn the covariance of a variable after the last update.");
+  bind_covariances(c, [](const PyFixedLag& self, const std::vector<VariableHandle>& x, const std::vector<int>& dofs) {
+    return self.lag->covariance(ids_of(*self.problem, x), dofs);
+  });
   c.def_property_readonly("oldest", [](const PyFixedLag& self) { return self.lag->oldest(); });
   c.def_property_readonly("newest", [](const PyFixedLag& self) { return self.lag->newest(); });
   c.def("__repr__", [](const PyFixedLag& self) {

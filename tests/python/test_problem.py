@@ -177,6 +177,66 @@ def test_fixed_lag():
         lag.add(0.0, R1([0.0]))
 
 
+def constrained_states(lag, n):
+    """Noisy drift along a path that must not exceed 3 and passes 1.5 at state 3. With lag, the smoother; else a batch."""
+    p = lag.problem if lag else tandem.Problem()
+    states = []
+    for k in range(n):
+        x = lag.add(float(k), R1([0.0]), f"x{k}") if lag else p.add(R1([0.0]), f"x{k}")
+        p.minimize(tandem.Prior(R1([k + 0.3 * np.sin(k)])), 1.0, x)
+        if states:
+            p.minimize(tandem.RelativePose(R1([0.5])), 0.5, [states[-1], x])
+        p.subject_to(tandem.Prior(R1([0.0])), tandem.equal_to(1.5) if k == 3 else tandem.at_most(3.0), x)
+        states.append(x)
+        if lag:
+            assert lag.update().converged
+    if not lag:
+        assert p.solve().converged
+    return p, states
+
+
+def test_fixed_lag_with_hard_constraints_equals_the_batch():
+    lag = tandem.FixedLag(window=4.0, cost_tolerance=1e-14, max_iterations=50)
+    window, of_window = constrained_states(lag, 12)
+    batch, of_batch = constrained_states(None, 12)
+    assert not window.has(of_window[3]) and window.has(of_window[8])
+    for k in range(8, 12):
+        assert np.allclose(window.value(of_window[k]).vector, batch.value(of_batch[k]).vector, atol=1e-7)
+        assert window.value(of_window[k]).vector[0] <= 3.0 + 1e-8
+    marginals = tandem.Marginals(batch)
+    assert np.allclose(lag.joint(of_window[8:]), active_covariance(batch, of_batch, range(8, 12)), atol=1e-7)
+    assert lag.covariance(of_window[11])[0, 0] == 0  # at its bound
+    assert marginals.covariance(of_batch[3])[0, 0] == pytest.approx(0, abs=1e-12)
+
+
+def active_covariance(p, x, of):
+    """Covariance of states of a batch whose active inequalities are replaced by equalities."""
+    q = p.copy()
+    for v in x:
+        y = q.counterpart(v)
+        if abs(q.value(y).vector[0] - 3.0) < 1e-6:
+            q.subject_to(tandem.Prior(R1([0.0])), tandem.equal_to(3.0), y)
+    return tandem.Marginals(q).joint([q.counterpart(x[k]) for k in of])
+
+
+def test_fixed_lag_adds_arrays_and_names_infeasible_constraints():
+    lag = tandem.FixedLag(window=5.0)
+    x = lag.add(0.0, R1([[0.0], [1.0]]), "x")
+    lag.problem.minimize(tandem.Prior(R1([[0.0], [1.0]])), 1.0, x)
+    assert lag.update().converged and lag.covariance(x).shape == (2, 1, 1)
+    variables = lag.problem.statistics["variables"]
+    for t in (np.nan, np.inf):
+        with pytest.raises(tandem.BadInputError, match="not finite"):
+            lag.add(t, R1([0.0]))
+    assert lag.problem.statistics["variables"] == variables
+    lag.problem.subject_to(tandem.Prior(R1([0.0])), tandem.at_least(2.0), x[0])
+    lag.problem.subject_to(tandem.Prior(R1([0.0])), tandem.at_most(1.0), x[0])
+    summary = lag.update()
+    assert summary.status == "infeasible" and "x 0" in summary.worst_constraint
+    with pytest.raises(tandem.InfeasibleError):
+        summary.require_converged()
+
+
 @pytest.mark.parametrize("call", [
     lambda p, x: p.minimize(tandem.Prior(R1([0.0])), None, x),
     lambda p, x: p.minimize(None, 1.0, x),
