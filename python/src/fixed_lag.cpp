@@ -3,13 +3,15 @@
 #include <tandem/solvers/fixed_lag/fixed_lag.hpp>
 
 #include "bind_covariances.hpp"
-#include "problem_object.hpp"
+#include "options.hpp"
+#include "watched_solve.hpp"
 
 namespace tandem::python {
 namespace {
 
 /// A fixed-lag smoother with the Python object of its problem.
 struct PyFixedLag {
+  std::unique_ptr<WatchedSolve> watched;
   std::shared_ptr<FixedLag> lag;
   std::shared_ptr<PyProblem> problem;
 };
@@ -26,23 +28,25 @@ void bind_fixed_lag(py::module_& m) {
                            ">>> x = lag.add(0.0, tandem.R1([0.0]), 'x0')\n"
                            ">>> b = lag.problem.minimize(tandem.Prior(tandem.R1([1.0])), 1.0, x)\n"
                            ">>> lag.update().status\n'converged'\n");
-  c.def(py::init([](double window, int max_keyframes, double patience, int max_iterations, double cost_tolerance,
-                    double step_tolerance, int threads) {
-          FixedLagOptions o;
-          o.window = window;
-          o.max_keyframes = max_keyframes;
-          o.patience = patience;
-          o.max_iterations = max_iterations;
-          o.cost_tolerance = cost_tolerance;
-          o.step_tolerance = step_tolerance;
-          o.threads = threads;
-          auto lag = std::make_shared<FixedLag>(o);
-          auto problem = std::make_shared<PyProblem>(std::shared_ptr<Problem>(lag, &lag->problem()));
-          return PyFixedLag{std::move(lag), std::move(problem)};
-        }),
-        py::kw_only(), py::arg("window") = 60.0, py::arg("max_keyframes") = 0, py::arg("patience") = 0.5,
-        py::arg("max_iterations") = 5, py::arg("cost_tolerance") = 1e-6, py::arg("step_tolerance") = 1e-9,
-        py::arg("threads") = 0);
+  c.def(py::init([](const py::kwargs& given) {
+    FixedLagOptions o;
+    Options read("FixedLag", given);
+    read("window", o.window);
+    read("max_keyframes", o.max_keyframes);
+    read("patience", o.patience);
+    read("initial_damping", o.initial_damping);
+    read("cost_tolerance", o.cost_tolerance);
+    read("step_tolerance", o.step_tolerance);
+    read("max_iterations", o.max_iterations);
+    read("time_limit", o.time_limit);
+    read("threads", o.threads);
+    read.finish();
+    auto watched = std::make_unique<WatchedSolve>();
+    watched->watch(o);
+    auto lag = std::make_shared<FixedLag>(std::move(o));
+    auto problem = std::make_shared<PyProblem>(std::shared_ptr<Problem>(lag, &lag->problem()));
+    return PyFixedLag{std::move(watched), std::move(lag), std::move(problem)};
+  }));
   c.def_readonly("problem", &PyFixedLag::problem, "The problem of the window, for costs and hard constraints.");
   c.def(
       "add",
@@ -61,8 +65,7 @@ void bind_fixed_lag(py::module_& m) {
       "update",
       [](PyFixedLag& self) {
         PyProblem::Solve solving(*self.problem);
-        const py::gil_scoped_release unlocked;
-        return self.lag->update();
+        return self.watched->run([&] { return self.lag->update(); });
       },
       "update()\n\nSolve the window, then marginalize the variables that have left it.");
   bind_covariances(c, [](const PyFixedLag& self, const std::vector<VariableHandle>& x, const std::vector<int>& dofs) {

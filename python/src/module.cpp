@@ -28,4 +28,7 @@ PYBIND11_MODULE(_core, m) {
   bind_problem(m);
   bind_marginals(m);
   bind_fixed_lag(m);
+  bind_calibration(m);
+  bind_planner(m);
+  bind_online(m);
 }

@@ -1,8 +1,6 @@
 #include <pybind11/eigen.h>
 #include <pybind11/stl.h>
 
-#include <tandem/problem/file/problem_file.hpp>
-
 #include "bind_group.hpp"
 #include "noise.hpp"
 #include "problem_object.hpp"
@@ -16,7 +14,7 @@ using Class = py::class_<PyProblem, std::shared_ptr<PyProblem>>;
 
 /// Adds one block, or one for each element of the arrays. add(i, x, type, object) adds block i.
 template <class Add>
-PyBlocks add_blocks(py::handle residual, const BlockVariables& x, bool hard, Add add) {
+PyBlocks add_blocks(PyProblem& self, py::handle residual, const BlockVariables& x, bool hard, Add add) {
   std::vector<VariableHandle> handles(x.states.size());
   const auto variables = [&](std::size_t i) {
     for (std::size_t s = 0; s < handles.size(); ++s) handles[s] = x.at(s, i);
@@ -47,6 +45,7 @@ PyBlocks add_blocks(py::handle residual, const BlockVariables& x, bool hard, Add
   for (std::size_t i = 0; i < count; ++i) {
     const PythonResidual object(callable, has_rows ? i : 0, &type.groups);
     blocks.blocks.push_back(prepared(i, type.type, &object, variables(i)));
+    self.remember({blocks.blocks.back(), callable, has_rows ? i : 0, hard, handles});
   }
   return blocks;
 }
@@ -91,6 +90,21 @@ void set_value(PyProblem& self, py::handle x, py::handle value) {
   for (std::size_t i = 0; i < variables.count; ++i)
     variable_functions(*group).set_value(problem, variables.at(0, i), group->element(value, single ? 0 : i));
 }
+
+}  // namespace
+
+std::vector<PyVariable> variables_of(const Problem& problem) {
+  std::vector<std::pair<long long, PyVariable>> all;
+  for (const Group* group : groups())
+    for (const VariableHandle& x : variable_functions(*group).all(problem))
+      all.emplace_back(problem.sequence_number(x.slot), PyVariable{x, group});
+  std::sort(all.begin(), all.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
+  std::vector<PyVariable> variables;
+  for (auto& [number, variable] : all) variables.push_back(std::move(variable));
+  return variables;
+}
+
+namespace {
 
 const Block& only(const PyBlocks& blocks, const char* function) {
   if (blocks.blocks.size() != 1)
@@ -167,14 +181,14 @@ void bind_problem(py::module_& m) {
       [](PyProblem& self, py::handle residual, py::handle noise, py::handle x, py::handle loss) {
         Problem& problem = self.change();
         const Loss rho = loss_of(loss);
-        return add_blocks(
-            residual, block_variables(x, "minimize"), false, [&](int dim, std::size_t count, const std::string& name) {
-              return [&, all = noises(noise, dim, count, name)](std::size_t i, const detail::ResidualType& type,
-                                                                const void* object,
-                                                                std::span<const VariableHandle> handles) {
-                return problem.minimize(type, object, handles, all[i], rho);
-              };
-            });
+        return add_blocks(self, residual, block_variables(x, "minimize"), false,
+                          [&](int dim, std::size_t count, const std::string& name) {
+                            return [&, all = noises(noise, dim, count, name)](
+                                       std::size_t i, const detail::ResidualType& type, const void* object,
+                                       std::span<const VariableHandle> handles) {
+                              return problem.minimize(type, object, handles, all[i], rho);
+                            };
+                          });
       },
       py::arg("residual"), py::arg("noise"), py::arg("x"), py::arg("loss") = py::none(),
       "minimize(residual, noise, x, loss=None)\n\nAdd the cost rho(r' S^-1 r) / 2. `noise` is a Gaussian or standard "
@@ -185,7 +199,7 @@ void bind_problem(py::module_& m) {
         Problem& problem = self.change();
         const PyBounds limits = bounds_of(bounds, "subject_to");
         return add_blocks(
-            residual, block_variables(x, "subject_to"), true, [&](int dim, std::size_t, const std::string& name) {
+            self, residual, block_variables(x, "subject_to"), true, [&](int dim, std::size_t, const std::string& name) {
               return [&, lower = limits.expanded(limits.lower, dim, name),
                       upper = limits.expanded(limits.upper, dim, name)](std::size_t, const detail::ResidualType& type,
                                                                         const void* object,
@@ -242,16 +256,10 @@ void bind_problem(py::module_& m) {
         return py::make_tuple(at.residual, at.jacobian);
       },
       py::arg("block"), "linearization(block)\n\nReturn the rows and the Jacobian by all states side by side.");
-  c.def(
-      "copy",
-      [](const PyProblem& self) { return std::make_shared<PyProblem>(std::make_shared<Problem>(self.read().copy())); },
-      "copy()\n\nReturn an independent copy. Blocks are valid in both; see counterpart() for variables.");
-  c.def("__copy__", [](const PyProblem& self) {
-    return std::make_shared<PyProblem>(std::make_shared<Problem>(self.read().copy()));
-  });
-  c.def("__deepcopy__", [](const PyProblem& self, const py::dict&) {
-    return std::make_shared<PyProblem>(std::make_shared<Problem>(self.read().copy()));
-  });
+  c.def("copy", &PyProblem::copy,
+        "copy()\n\nReturn an independent copy. Blocks are valid in both; see counterpart() for variables.");
+  c.def("__copy__", &PyProblem::copy);
+  c.def("__deepcopy__", [](const PyProblem& self, const py::dict&) { return self.copy(); });
   c.def(
       "counterpart",
       [](const PyProblem& self, py::handle x) -> py::object {
@@ -270,14 +278,8 @@ void bind_problem(py::module_& m) {
   c.def_property_readonly(
       "variables",
       [](const PyProblem& self) {
-        const Problem& problem = self.read();
-        std::vector<std::pair<long long, PyVariable>> all;
-        for (const Group* group : python::groups())
-          for (const VariableHandle& x : variable_functions(*group).all(problem))
-            all.emplace_back(problem.sequence_number(x.slot), PyVariable{x, group});
-        std::sort(all.begin(), all.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
         py::list list;
-        for (const auto& [number, variable] : all) list.append(variable);
+        for (PyVariable& variable : variables_of(self.read())) list.append(std::move(variable));
         return list;
       },
       "All variables in the order in which they were added.");
@@ -294,24 +296,6 @@ void bind_problem(py::module_& m) {
       py::arg("block"), "describe(block)\n\nReturn the residual and its variables, for messages.");
   c.def_property_readonly("statistics", &statistics, "Counts of variables, blocks, unknowns and constraints.");
   c.def("_block_variables", &block_variables_of);
-  c.def(
-      "write",
-      [](const PyProblem& self, const py::object& path) {
-        write_problem(self.read(), py::str(py::module_::import("os").attr("fspath")(path)).cast<std::string>());
-      },
-      py::arg("path"), "write(path)\n\nWrite a problem file. Residuals of your own cannot be written.");
-  c.def_static(
-      "read",
-      [](const py::object& path) {
-        const std::string file = py::str(py::module_::import("os").attr("fspath")(path));
-        return std::make_shared<PyProblem>(std::make_shared<Problem>(read_problem(file)));
-      },
-      py::arg("path"), "read(path)\n\nRead a problem file.");
-  c.def(py::pickle([](const PyProblem& self) { return py::make_tuple(problem_text(self.read())); },
-                   [](const py::tuple& state) {
-                     return std::make_shared<PyProblem>(
-                         std::make_shared<Problem>(parse_problem(state[0].cast<std::string>(), "pickle")));
-                   }));
   c.def("__repr__", [](const PyProblem& self) {
     const Problem& problem = self.read();
     const Problem::Size size = problem.size();
@@ -319,6 +303,7 @@ void bind_problem(py::module_& m) {
            std::to_string(problem.num_soft_blocks()) + " costs, " + std::to_string(problem.num_hard_blocks()) +
            " constraints, " + std::to_string(size.unknowns) + " unknowns>";
   });
+  bind_problem_files(c);
   bind_solve(m, c);
 }
 

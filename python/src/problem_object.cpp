@@ -15,6 +15,22 @@ Problem& PyProblem::change() {
   return *problem_;
 }
 
+std::shared_ptr<PyProblem> PyProblem::copy() const {
+  auto other = std::make_shared<PyProblem>(std::make_shared<Problem>(read().copy()));
+  for (PythonBlock block : python_blocks()) {
+    for (VariableHandle& x : block.variables) x = other->read().counterpart(Variable<R3>(x));  // uses the handle only
+    other->remember(std::move(block));
+  }
+  return other;
+}
+
+std::vector<PythonBlock> PyProblem::python_blocks() const {
+  std::vector<PythonBlock> present;
+  for (const PythonBlock& block : python_blocks_)
+    if (read().has(block.block)) present.push_back(block);
+  return present;
+}
+
 PyProblem::Solve::Solve(PyProblem& problem) : problem_(problem) {
   if (problem.solving_.exchange(true)) raise("BusyError", "the problem is already being solved; solve a copy, or wait");
   problem.solver_ = std::this_thread::get_id();

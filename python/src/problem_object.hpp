@@ -8,6 +8,17 @@
 
 namespace tandem::python {
 
+struct Callable;
+
+/// A block whose residual is written in Python or compiled, with what a pickle needs to add it again.
+struct PythonBlock {
+  Block block;
+  std::shared_ptr<Callable> callable;
+  std::size_t row;  ///< of the data of the callable
+  bool hard;
+  std::vector<VariableHandle> variables;
+};
+
 /// A problem of the library with a guard against concurrent use. All functions but solves hold the interpreter's lock,
 /// so a problem is used concurrently only while a solve has released it.
 class PyProblem {
@@ -19,6 +30,13 @@ class PyProblem {
   Problem& read() const;
   /// Returns the problem for changes. Throws BusyError if it is being solved, also from the solve's own callbacks.
   Problem& change();
+
+  /// Returns an independent copy.
+  std::shared_ptr<PyProblem> copy() const;
+  /// Remembers a block that problem files cannot hold.
+  void remember(PythonBlock block) { python_blocks_.push_back(std::move(block)); }
+  /// Returns those blocks that are still in the problem.
+  std::vector<PythonBlock> python_blocks() const;
 
   /// Marks the problem as being solved by this thread. Throws BusyError if it already is.
   class Solve {
@@ -34,6 +52,7 @@ class PyProblem {
 
  private:
   std::shared_ptr<Problem> problem_;
+  std::vector<PythonBlock> python_blocks_;
   std::atomic<bool> solving_ = false;
   std::atomic<std::thread::id> solver_{};
 };
@@ -44,9 +63,16 @@ struct PyBlocks {
   bool single;
 };
 
+/// Returns all variables of a problem in the order in which they were added.
+std::vector<PyVariable> variables_of(const Problem& problem);
+
 void bind_problem(py::module_& m);
+void bind_problem_files(py::class_<PyProblem, std::shared_ptr<PyProblem>>& c);
 void bind_solve(py::module_& m, py::class_<PyProblem, std::shared_ptr<PyProblem>>& c);
 void bind_marginals(py::module_& m);
 void bind_fixed_lag(py::module_& m);
+void bind_calibration(py::module_& m);
+void bind_planner(py::module_& m);
+void bind_online(py::module_& m);
 
 }  // namespace tandem::python

@@ -1,137 +1,24 @@
-#include <atomic>
-
-#include <pybind11/stl.h>
-
-#include <tandem/problem/parallel_tasks.hpp>
-#include <tandem/solvers/augmented_lagrangian.hpp>
-#include <tandem/solvers/gauss_newton.hpp>
 #include <tandem/solvers/graduated.hpp>
-#include <tandem/solvers/ipopt.hpp>
-#include <tandem/solvers/nlopt.hpp>
+#include <tandem/solvers/option_fields.hpp>
 
-#include "interrupt.hpp"
+#include "options.hpp"
 #include "problem_object.hpp"
-#include "python_error.hpp"
+#include "watched_solve.hpp"
 
 namespace tandem::python {
 namespace {
 
-/// Sets options from keyword arguments and names those that are left.
-class Options {
- public:
-  Options(std::string solver, const py::dict& given) : solver_(std::move(solver)), given_(given) {}
-
-  template <class T>
-  void set(const char* name, T& value) {
-    known_ += (known_.empty() ? "" : ", ") + std::string(name);
-    if (!given_.contains(name)) return;
-    const py::object given = given_[name];
-    ++used_;
-    try {
-      value = given.cast<T>();
-    } catch (const py::cast_error&) {
-      throw py::type_error(solver_ + ": option " + name + " has the wrong type: " + std::string(py::repr(given)));
-    }
-  }
-  template <class T>
-  void choose(const char* name, T& value, std::initializer_list<std::pair<const char*, T>> choices) {
-    std::string text;
-    set(name, text);
-    if (text.empty()) return;
-    std::string all;
-    for (const auto& [choice, meaning] : choices) {
-      if (text == choice) {
-        value = meaning;
-        return;
-      }
-      all += (all.empty() ? "" : ", ") + std::string(choice);
-    }
-    throw BadInputError(solver_ + ": option " + name + " is one of " + all + ", not " + text);
-  }
-  void finish() const {
-    if (used_ == py::len(given_)) return;
-    for (const auto& [key, value] : given_)
-      if ((", " + known_ + ",").find(", " + key.cast<std::string>() + ",") == std::string::npos)
-        throw py::type_error(solver_ + ": unknown option " + key.cast<std::string>() + "; the options are " + known_);
-  }
-
- private:
-  std::string solver_, known_;
-  const py::dict& given_;
-  std::size_t used_ = 0;
-};
-
-void read_common(Options& given, SolverOptions& o) {
-  given.set("max_iterations", o.max_iterations);
-  given.set("time_limit", o.time_limit);
-  given.set("threads", o.threads);
-  given.set("observability", o.observability);
-  given.set("from_multipliers", o.from_multipliers);
-}
-
-void read(Options& given, LevenbergMarquardtOptions& o) {
-  given.set("cost_tolerance", o.cost_tolerance);
-  given.set("gradient_tolerance", o.gradient_tolerance);
-  given.set("step_tolerance", o.step_tolerance);
-  given.set("initial_damping", o.initial_damping);
-  given.set("secant_pairs", o.secant_pairs);
-}
-void read(Options& given, AugmentedLagrangianOptions& o) {
-  read(given, static_cast<LevenbergMarquardtOptions&>(o));
-  given.set("initial_penalty", o.initial_penalty);
-}
-void read(Options& given, IpoptOptions& o) {
-  given.set("tolerance", o.tolerance);
-  given.choose("hessian", o.hessian,
-               {{"automatic", Hessian::automatic},
-                {"gauss-newton", Hessian::gauss_newton},
-                {"exact", Hessian::exact},
-                {"limited-memory", Hessian::limited_memory}});
-  given.choose("linear_solver", o.linear_solver,
-               {{"automatic", IpoptLinearSolver::automatic},
-                {"block-cholesky", IpoptLinearSolver::block_cholesky},
-                {"mumps", IpoptLinearSolver::mumps}});
-  given.set("options", o.options);
-}
-void read(Options& given, NloptOptions& o) {
-  given.set("cost_tolerance", o.cost_tolerance);
-  given.set("constraint_tolerance", o.constraint_tolerance);
-  given.set("precondition", o.precondition);
-}
-
-/// Runs f without the interpreter's lock. Between iterations it checks for Ctrl-C, which ends the solve at its best
-/// point, and calls `progress`.
 template <class Solver>
 Summary run(PyProblem& self, Solver options, const std::string& name, const py::dict& given, const py::object& progress,
             bool graduated) {
   Options reader(name, given);
-  read_common(reader, options);
-  read(reader, options);
+  visit_options(options, reader);
   reader.finish();
   PyProblem::Solve solving(self);
   Problem& problem = self.read();
-  std::atomic<bool> stop = false;
-  const SolveStop of_this_thread(stop);
-  options.stop = &stop;
-  options.progress = [&](const Progress& p) {
-    const py::gil_scoped_acquire lock;
-    if (PyErr_CheckSignals() != 0) {
-      const py::error_already_set signal;
-      if (!signal.matches(PyExc_KeyboardInterrupt)) throw PythonError("signal", signal);
-      stop = true;
-      return;
-    }
-    if (progress.is_none()) return;
-    try {
-      progress(py::dict(py::arg("iteration") = p.iteration, py::arg("cost") = p.cost, py::arg("step") = p.step,
-                        py::arg("violation") = p.violation, py::arg("seconds") = p.seconds));
-    } catch (const py::error_already_set& error) {
-      if (!error.matches(PyExc_KeyboardInterrupt)) throw PythonError("progress", error);
-      stop = true;
-    }
-  };
-  const py::gil_scoped_release unlocked;
-  return graduated ? solve_graduated(problem, options) : solve(problem, options);
+  WatchedSolve watched(progress);
+  watched.watch(options);
+  return watched.run([&] { return graduated ? solve_graduated(problem, options) : solve(problem, options); });
 }
 
 Summary solve_by(PyProblem& self, std::string solver, const py::object& progress, bool graduated,

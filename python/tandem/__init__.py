@@ -2,7 +2,7 @@
 
 Whole runs: estimate, navigate, calibrate, models, plan, rendezvous, run_study, Tracker. Their keyword arguments are the
 options of the command line. The library: groups (SO2, SE2, SO3, SE3, SE23, R1 … R12), Problem with residuals of the
-library and of your own, Marginals, FixedLag.
+library and of your own, Marginals, FixedLag, Calibration, OnlineEstimator, Planner.
 
 Units are SI and radians. Tangent vectors put translation first; perturbations are on the right. Quaternions are
 Hamilton; their order is named at each use. docs/python.md is the guide.
@@ -20,14 +20,15 @@ if int(_numpy.__version__.split(".")[0]) >= 2 and tuple(
 from ._commands import (calibrate, compare, estimate, models, navigate, plan, rendezvous, simulate, solve_file, study,
                         track)
 from ._core import (R1, R2, R3, R4, R5, R6, R9, R12, SE2, SE3, SE23, SO2, SO3, Bearing, Blocks, Boundary, Bounds,
-                    Cauchy, Coasting, ConstantTwist, DampedTwist, Depth, DvlVelocity, FixedLag, Gaussian, GaussMarkov,
-                    GemanMcClure, Gps, Heading, Huber, Loss, Marginals, MixedVelocity, PreintegratedDvl, Prior, Problem,
+                    CalibratedNoise, Calibration, Cauchy, Coasting, Cone, ConstantTwist, DampedTwist, Depth, DvlVelocity, FixedLag, Gaussian, GaussMarkov,
+                    GemanMcClure, Gps, Heading, Huber, Loss, Marginals, MixedVelocity, Planner, PlanResult, PreintegratedDvl, Prior, Problem,
                     Range, RangeBearing, RelativePose, RelativeRotation, Residual, RollPitch, ScaledDvlVelocity,
-                    SolveSummary, StudentT, Tukey, UsblPosition, UsblSpherical, Variable, Variables,
-                    WhiteNoiseAcceleration, at_least, at_most, between, equal_to)
+                    SolveSummary, StudentT, TargetPrediction, Tukey, UsblPosition, UsblSpherical, Variable, Variables, VehicleState,
+                    WhiteNoiseAcceleration, at_least, at_most, between, equal_to, predict_target)
 from .errors import (BadInputError, BusyError, Error, IncompleteWarning, InfeasibleError, MisfitError,
                      NotObservableError, NumericalError, ResidualError, StaleHandleError, Stopped,
                      UndefinedResidualError)
+from .online import OnlineEstimator, Vehicle
 from .own import TwistComponents, compiled_residual, residual
 from .results import Estimate, FitReport, Navigation, Plan, Results, Summary, read_results
 from .scenario import Scenario, read_scenario

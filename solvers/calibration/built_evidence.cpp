@@ -43,8 +43,8 @@ std::pair<double, double> steps(double below, double above) {
 BuiltEvidence::BuiltEvidence(const BuildProblems& build, const std::vector<BuiltParameter>& parameters,
                              const CalibrationOptions& options)
     : build_(build), parameters_(parameters), options_(options) {
-  if (parameters.empty()) throw Error("calibrate: no parameter is given");
-  if (!(options.max_factor > 1)) throw Error("calibrate: max_factor must be greater than 1");
+  if (parameters.empty()) throw BadInputError("calibrate: no parameter is given");
+  if (!(options.max_factor > 1)) throw BadInputError("calibrate: max_factor must be greater than 1");
   const auto n = Eigen::Index(parameters.size());
   given_.resize(n);
   low_.resize(n);
@@ -52,8 +52,8 @@ BuiltEvidence::BuiltEvidence(const BuildProblems& build, const std::vector<Built
   for (Eigen::Index i = 0; i < n; ++i) {
     const BuiltParameter& p = parameters[std::size_t(i)];
     if (!(p.given > 0 && std::isfinite(p.given) && p.lower <= p.given && p.given <= p.upper && p.prior >= 0))
-      throw Error("calibrate: parameter " + p.name +
-                  " needs a positive, finite value within its bounds, and a prior that is not negative");
+      throw BadInputError("calibrate: parameter " + p.name +
+                          " needs a positive, finite value within its bounds, and a prior that is not negative");
     given_[i] = p.given;
     low_[i] = std::max(std::log(p.lower / p.given), -std::log(options.max_factor));
     high_[i] = std::min(std::log(p.upper / p.given), std::log(options.max_factor));

@@ -33,14 +33,14 @@ class Search {
         evidence_(problems, groups, options),
         bound_(std::log(options.max_factor)),
         prior_sigma_(prior_sigmas(groups)) {
-    if (groups.empty()) throw Error("calibrate: no noise group is given");
+    if (groups.empty()) throw BadInputError("calibrate: no noise group is given");
     for (const Eigen::VectorXd* of_groups : {&options.initial_log_factors, &options.counted_rows})
       if (of_groups->size() > 0 && of_groups->size() != Eigen::Index(groups.size()))
-        throw Error("calibrate: initial_log_factors and counted_rows need one entry per noise group");
+        throw BadInputError("calibrate: initial_log_factors and counted_rows need one entry per noise group");
     if (options.initial_log_factors.size() > 0 && options.counted_rows.size() == 0)
-      throw Error("calibrate: initial_log_factors requires counted_rows");
-    if (!(options.max_factor > 1)) throw Error("calibrate: max_factor must be greater than 1");
-    if (!(options.tolerance > 0)) throw Error("calibrate: tolerance must be positive");
+      throw BadInputError("calibrate: initial_log_factors requires counted_rows");
+    if (!(options.max_factor > 1)) throw BadInputError("calibrate: max_factor must be greater than 1");
+    if (!(options.tolerance > 0)) throw BadInputError("calibrate: tolerance must be positive");
   }
 
   Calibration run() {

@@ -32,7 +32,7 @@ std::vector<NoiseGroup> without(const std::vector<NoiseGroup>& groups, const std
     for (const NoiseRows& rows : group.rows)
       if (!out.contains(key_of(rows.problem, rows.block))) remaining.rows.push_back(rows);
     if (remaining.rows.empty())
-      throw Error("calibrate: a fold holds out all rows of " + group.name + "; use more folds");
+      throw BadInputError("calibrate: a fold holds out all rows of " + group.name + "; use more folds");
   }
   return rest;
 }

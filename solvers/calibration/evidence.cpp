@@ -25,14 +25,14 @@ Evidence::Evidence(std::span<Problem* const> problems, const std::vector<NoiseGr
       groups_(groups),
       rows_(Eigen::VectorXd::Zero(Eigen::Index(groups.size()))),
       counted_(rows_) {
-  if (problems.empty()) throw Error("calibrate: no problem is given");
+  if (problems.empty()) throw BadInputError("calibrate: no problem is given");
   std::map<std::tuple<int, int, int>, std::size_t> known;  // index in members_
   for (std::size_t g = 0; g < groups.size(); ++g) {
     const NoiseGroup& group = groups[g];
-    if (group.rows.empty()) throw Error("calibrate: the noise group " + group.name + " has no rows");
+    if (group.rows.empty()) throw BadInputError("calibrate: the noise group " + group.name + " has no rows");
     if (!(group.prior >= 0))
-      throw Error("calibrate: the prior of noise group " + group.name +
-                  " is negative; it is a standard deviation, 0 for none");
+      throw BadInputError("calibrate: the prior of noise group " + group.name +
+                          " is negative; it is a standard deviation, 0 for none");
     for (const NoiseRows& rows : group.rows) {
       const Problem& problem = detail::problem_at(problems, rows.problem);
       const auto [at, is_new] = known.try_emplace({rows.problem, rows.block.pool, rows.block.id}, members_.size());
@@ -45,13 +45,13 @@ Evidence::Evidence(std::span<Problem* const> problems, const std::vector<NoiseGr
       std::vector<int>& of_row = members_[at->second].group;
       const int n = static_cast<int>(of_row.size()), end = rows.count < 0 ? n : rows.first + rows.count;
       if (!(rows.share > 0 && rows.share <= 1))
-        throw Error("calibrate: noise group " + group.name + " has rows with a share outside (0, 1]");
+        throw BadInputError("calibrate: noise group " + group.name + " has rows with a share outside (0, 1]");
       if (rows.first < 0 || rows.first >= end || end > n)
-        throw Error("calibrate: noise group " + group.name + " refers to rows that its block does not have");
+        throw BadInputError("calibrate: noise group " + group.name + " refers to rows that its block does not have");
       for (int i = rows.first; i < end; ++i) {
         if (of_row[std::size_t(i)] >= 0)
-          throw Error("calibrate: a row is in two noise groups, " + groups[std::size_t(of_row[std::size_t(i)])].name +
-                      " and " + group.name);
+          throw BadInputError("calibrate: a row is in two noise groups, " +
+                              groups[std::size_t(of_row[std::size_t(i)])].name + " and " + group.name);
         of_row[std::size_t(i)] = static_cast<int>(g);
         rows_[Eigen::Index(g)] += rows.share;
         members_[at->second].share[std::size_t(i)] = rows.share;

@@ -25,9 +25,9 @@ double log_constant(const Loss& loss, int rows) {
   if (loss.kind != Loss::Kind::student_t) return -0.5 * rows * kLogTwoPi;
   const double dof = degrees_of_freedom(loss, rows);
   if (!(dof > 0))
-    throw Error("student-t: scale " + std::to_string(loss.scale) + " is an improper density over " +
-                std::to_string(rows) + " rows; the scale is √(degrees of freedom + rows) and must exceed " +
-                std::to_string(std::sqrt(double(rows))));
+    throw BadInputError("student-t: scale " + std::to_string(loss.scale) + " is an improper density over " +
+                        std::to_string(rows) + " rows; the scale is √(degrees of freedom + rows) and must exceed " +
+                        std::to_string(std::sqrt(double(rows))));
   return std::lgamma(0.5 * (dof + rows)) - std::lgamma(0.5 * dof) -
          0.5 * rows * std::log(std::numbers::pi * (dof + rows));
 }
@@ -38,7 +38,7 @@ double log_constants(std::span<Problem* const> problems, const std::vector<Measu
   if (!measured.empty()) return sum;
   for (const Problem* problem : problems) {
     if (problem->num_hard_blocks() > 0)
-      throw Error("calibrate: problems with hard constraints need CalibrationOptions::measured");
+      throw BadInputError("calibrate: problems with hard constraints need CalibrationOptions::measured");
     for (const Block& block : problem->blocks()) sum += block_log_constant(*problem, block);
     sum += 0.5 * problem->size().unknowns * kLogTwoPi;
   }

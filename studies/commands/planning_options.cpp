@@ -121,7 +121,7 @@ PlanRequest plan_request(const PlanningArguments& r, const Vehicle& vehicle, con
     plan.lowest = -r.depth->upper[0];
   }
   if (const std::string why = why_invalid(plan); !why.empty()) throw Error(why);
-  set_pursuit_limits(request.planner, vehicle);
+  request.planner.pursuit = pursuit_limits(vehicle);
   return request;
 }
 

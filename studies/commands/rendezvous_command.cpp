@@ -54,7 +54,7 @@ int run_rendezvous_command(const RendezvousRequest& request) {
   const Vehicle vehicle = read_vehicle(request.vehicle);
   RendezvousOptions options = request.options;
   options.stop = &interrupted();
-  set_pursuit_limits(options.planner, vehicle);
+  options.planner.pursuit = pursuit_limits(vehicle);
   std::size_t done = 0;
   const RendezvousStudy study = study_rendezvous(
       vehicle, options, request.methods, request.seeds, [&](RendezvousMethod method, const RendezvousRun& run) {

@@ -186,11 +186,6 @@ StartEstimate estimate_start(const Scenario& scenario, const TrackingOptions& op
 
 }  // namespace
 
-void set_pursuit_limits(PlannerOptions& planner, const Vehicle& vehicle) {
-  planner.pursuit.speed = 0.6 * vehicle.most_twist[0];
-  planner.pursuit.turn_rate = 0.7 * vehicle.most_twist[5];
-}
-
 PlannedRun plan_scenario(const Scenario& scenario, const TrackingOptions& tracking, const Vehicle& vehicle,
                          const PlanRequest& request) {
   PlannedRun run;

@@ -66,9 +66,6 @@ struct PlannedRun {
   bool accepted() const { return tandem::accepted(origin, summary.status, max_violation); }
 };
 
-/// Sets the speed and turn rate of pure pursuit, the initial guess of first plans, within the vehicle's limits.
-void set_pursuit_limits(PlannerOptions& planner, const Vehicle& vehicle);
-
 /// Estimates chaser and target from the measurements up to `request.at` and plans the chaser's motion from there.
 /// Needs a target pose at every keyframe: no planar scenario, no Mode B, no model without orientation.
 /// Throws Error if this does not hold, if there are no two odometry poses before `request.at`, if the estimate does not

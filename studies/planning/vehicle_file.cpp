@@ -140,6 +140,13 @@ std::vector<std::string> builtin_vehicles() {
   return names;
 }
 
+PursuitOptions pursuit_limits(const Vehicle& vehicle) {
+  PursuitOptions pursuit;
+  pursuit.speed = 0.6 * vehicle.most_twist[0];
+  pursuit.turn_rate = 0.7 * vehicle.most_twist[5];
+  return pursuit;
+}
+
 Vehicle read_vehicle(const std::string& name_or_file) {
   const YamlSection yaml = YamlSection::load(vehicle_path(name_or_file));
   yaml.allow_only({"name", "description", "source", "axes", "origin", "mass", "inertia", "centre_of_mass",

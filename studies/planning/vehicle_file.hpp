@@ -5,6 +5,7 @@
 #include <variant>
 #include <vector>
 
+#include <tandem/problem/planning/pursuit.hpp>
 #include <tandem/residuals/vehicle/vehicle_model.hpp>
 
 namespace tandem {
@@ -23,6 +24,9 @@ struct Vehicle {
 /// Reads a YAML file, or the built-in vehicle of that name (share/tandem/vehicles). Throws Error that begins with file
 /// and line if a key is unknown or missing, a number is out of range, or the mass or damping matrix is impossible.
 Vehicle read_vehicle(const std::string& name_or_file);
+
+/// Returns the speed and turn rate of a pure pursuit that leaves margins to the limits of a vehicle.
+PursuitOptions pursuit_limits(const Vehicle& vehicle);
 
 /// Returns the names of the built-in vehicles, sorted.
 std::vector<std::string> builtin_vehicles();

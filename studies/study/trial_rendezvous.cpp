@@ -13,7 +13,7 @@ void run_rendezvous_trial(const TrialSettings& settings, const std::atomic<bool>
   options.seed = settings.docking.seed;
   options.chance = settings.chance;
   options.information = settings.information;
-  set_pursuit_limits(options.planner, vehicle);
+  options.planner.pursuit = pursuit_limits(vehicle);
   options.stop = stop;
   const RendezvousRun run = run_rendezvous(vehicle, options);
   if (run.outcome == RendezvousOutcome::interrupted) {

@@ -188,16 +188,53 @@ def test_nan_at_the_start_is_named():
     assert not summary.converged and "mine of x" in summary.message
 
 
-def test_problems_with_python_residuals_are_copied_but_not_written(tmp_path):
+@tandem.residual(dim=1)
+def circle(x):
+    return x[0] ** 2 + x[1] ** 2
+
+
+class Offset:
+    """A residual with parameters of its own."""
+
+    def __init__(self, z):
+        self.z = np.asarray(z)
+
+    def __call__(self, x):
+        return x - self.z
+
+
+def test_problems_with_importable_residuals_are_pickled():
     import copy
     import pickle
     p, x = problem_with(lambda: tandem.residual(relative, dim=6, jacobian="given", batched=True))
-    q = copy.deepcopy(p)
-    assert q.solve().cost == pytest.approx(p.solve().cost)
-    with pytest.raises(tandem.BadInputError, match="run time"):
-        p.write(tmp_path / "problem.json")
-    with pytest.raises(tandem.BadInputError, match="run time"):
-        pickle.dumps(p)
+    y = p.add(tandem.R2([1.0, 0.5]), "y")
+    p.minimize(tandem.residual(Offset([2.0, 0.0]), dim=2), [1.0, 2.0], y, loss=tandem.Huber(3.0))
+    constraint = p.subject_to(circle, tandem.equal_to(1.0), y)
+    for q in (copy.deepcopy(p), pickle.loads(pickle.dumps(p)), pickle.loads(pickle.dumps(copy.copy(p)))):
+        assert q.statistics == p.statistics
+        summary = q.solve()
+        assert summary.converged
+        assert summary.cost == pytest.approx(p.copy().solve().cost, rel=1e-9)
+    p.solve()
+    again = pickle.loads(pickle.dumps(p))
+    hard = [b for b in again.blocks if "circle" in repr(b)]
+    assert np.allclose(again.multipliers(hard[0]), p.multipliers(constraint), atol=1e-12)
+    p.remove(constraint)
+    assert pickle.loads(pickle.dumps(p)).statistics["constraints"] == 0
+
+
+def test_residuals_that_cannot_be_imported_are_not_pickled(tmp_path):
+    import pickle
+    for residual, message in ((tandem.residual(lambda x: x, dim=1, name="mine"), "mine.*not importable.*top level"),
+                              (tandem.compiled_residual(_line, dim=1, data=[0.0], name="fast"), "fast.*compiled")):
+        p = tandem.Problem()
+        p.minimize(residual, 1.0, p.add(R1([0.0]), "x"))
+        with pytest.raises(tandem.BadInputError, match=message) as error:
+            pickle.dumps(p)
+        assert "\n" not in str(error.value)
+        with pytest.raises(tandem.BadInputError, match="of x.*pickle"):
+            p.write(tmp_path / "problem.json")
+        assert not (tmp_path / "problem.json").exists()
 
 
 def test_functions_live_as_long_as_their_problem():

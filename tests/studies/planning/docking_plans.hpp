@@ -31,7 +31,7 @@ inline PlanRequest plan_at(double at, const Vehicle& vehicle, const Vector<3>& g
   request.plan.goal = SE3(SO3(), goal);
   request.plan.twist = Bounds<6>{-vehicle.most_twist, vehicle.most_twist};
   if (!ipopt_available()) request.planner.solver = PlanSolver::augmented_lagrangian;
-  set_pursuit_limits(request.planner, vehicle);
+  request.planner.pursuit = pursuit_limits(vehicle);
   return request;
 }
 
