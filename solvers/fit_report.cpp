@@ -71,8 +71,7 @@ int free_unknowns(const Problem& problem, const std::vector<Block>& soft) {
 Eigen::VectorXd residual_variances(const Problem::Linearization& at, const Eigen::VectorXd& noise,
                                    const Marginals* marginals, double remaining) {
   if (!marginals) return remaining * noise;
-  const Eigen::MatrixXd absorbed = at.jacobian * marginals->joint(at.variable_ids, at.dofs) * at.jacobian.transpose();
-  return noise - absorbed.diagonal();
+  return noise - marginals->propagated(at.jacobian, at.variable_ids, at.dofs).diagonal();
 }
 
 /// Adds a block to the fit of its sensor. `counted` is true if an earlier part of the measurement is down-weighted.
