@@ -101,6 +101,7 @@ class Proposals {
     for (const CalibratedEntry& entry : entries_)
       if (entry.sensor) sensor(entry);
     drift_of_all_sensors();
+    errors_of_own_sensors();
     return std::move(changes_);
   }
 
@@ -144,6 +145,22 @@ class Proposals {
     if (is_checked(entry)) systematic_errors(entry, r);
   }
 
+  /// A systematic error that stays the same.
+  struct Constant {
+    std::string name, why;
+    double sigma, parameters;
+  };
+  std::vector<Constant> constants_of(const CalibratedEntry& entry) const {
+    std::vector<Constant> all = {{".delay", "a delay", kDelay, 1}};
+    const TargetSensor* const target = target_sensor(entry.name);
+    const bool length = target ? target->type->has(measured::position | measured::range) : entry.kind == "dvl";
+    const bool turns = target ? !(target->type->parts == measured::range || target->type->parts == measured::height)
+                              : entry.kind == "dvl" || entry.kind == "heading";
+    if (length) all.push_back({".scale", "a scale factor error", kScale, 1});
+    if (turns) all.push_back({".misalignment", "a misalignment", kMisalignment, 3});
+    return all;
+  }
+
   void systematic_errors(const CalibratedEntry& entry, const SensorResiduals& r) {
     const std::string error = "error " + entry.name;
     const std::string why = r.correlation_time > 0
@@ -153,13 +170,7 @@ class Proposals {
     if (r.mean > 0)
       add({{error, numbers(entry.sigmas, 3)}}, fmt::format("a constant bias; residuals have a mean of {:.2g}", r.mean),
           double(entry.sigmas.size()));
-    add({{error + ".delay", numbers({kDelay})}}, "a delay", 1);
-    const TargetSensor* const target = target_sensor(entry.name);
-    const bool length = target ? target->type->has(measured::position | measured::range) : entry.kind == "dvl";
-    const bool turns = target ? !(target->type->parts == measured::range || target->type->parts == measured::height)
-                              : entry.kind == "dvl" || entry.kind == "heading";
-    if (length) add({{error + ".scale", numbers({kScale})}}, "a scale factor error", 1);
-    if (turns) add({{error + ".misalignment", numbers({kMisalignment})}}, "a misalignment", 3);
+    for (const Constant& c : constants_of(entry)) add({{error + c.name, numbers({c.sigma})}}, c.why, c.parameters);
     if (r.spread < 1) split(entry, r);
   }
 
@@ -191,6 +202,24 @@ class Proposals {
         if (entry.sensor && residuals_of(entry, residuals_).count >= kFewest && is_checked(entry))
           settings["error " + entry.name] = drifting(entry.sigmas, time);
       if (settings.size() > 1) add(settings, "drifting biases of all sensors", double(settings.size() + 1));
+    }
+  }
+
+  /// Systematic errors of different sensors of the chaser explain each other, so that each alone may gain nothing.
+  void errors_of_own_sensors() {
+    for (const double time : {0.0, kTimes[1]}) {
+      ModelSettings settings;
+      double parameters = 1;
+      for (const CalibratedEntry& entry : entries_) {
+        if (!entry.sensor || target_sensor(entry.name) || residuals_of(entry, residuals_).count < kFewest) continue;
+        const std::string error = "error " + entry.name;
+        if (time > 0) settings[error] = drifting(entry.sigmas, time);
+        for (const Constant& c : constants_of(entry)) {
+          settings[error + c.name] = numbers({c.sigma});
+          parameters += c.parameters;
+        }
+      }
+      if (settings.size() > 1) add(settings, "systematic errors of all own sensors", parameters + double(time > 0));
     }
   }
 
