@@ -405,7 +405,7 @@ def measure_rendezvous(session):
 
 
 def measure_faults(session):
-    command = ["scripts/fault_matrix", "dive", "--seconds", "100"]
+    command = ["scripts/fault_matrix", "--seconds", "60"]
     print("$", shlex.join(command), flush=True)
     done = subprocess.run([os.path.join(ROOT, command[0]), *command[1:], "--build", session.build], cwd=ROOT,
                           stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)

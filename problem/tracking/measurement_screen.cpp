@@ -66,22 +66,26 @@ void OdometryScreen::learn(const Stamped<SE3>& pose) {
     const double dt = pose.t - last_->t, weight = std::max(1.0 / steps_, std::min(1.0, dt / kTypicalTime));
     const Vector<6> step = minus(pose.value, last_->value);
     twist_ = step / dt;
+    velocity_ = (pose.value.translation() - last_->value.translation()) / dt;
     speed_ += weight * (step.head<3>().norm() / dt - speed_);
     turn_rate_ += weight * (step.tail<3>().norm() / dt - turn_rate_);
   }
   last_ = pose;
 }
 
-/// A vehicle at rest may repeat its pose, but slows down before.
-bool OdometryScreen::is_frozen(const Stamped<SE3>& pose) {
-  const bool repeats = pose.t > last_->t && pose.value.translation() == last_->value.translation() &&
-                       pose.value.rotation().quaternion().coeffs() == last_->value.rotation().quaternion().coeffs();
-  if (!repeats) {
-    repeats_ = 0;
-    return false;
+/// Returns whether a coordinate has been repeated for long. A vehicle at rest may repeat its pose, but slows down before.
+bool OdometryScreen::repeats_coordinate(const Stamped<SE3>& pose) {
+  bool frozen = false;
+  for (int i = 0; i < 3; ++i) {
+    Run& run = runs_[std::size_t(i)];
+    if (!(pose.t > last_->t) || pose.value.translation()[i] != last_->value.translation()[i]) {
+      run.repeats = 0;
+      continue;
+    }
+    if (run.repeats++ == 0) run.stopped_hard = std::abs(velocity_[i]) > kHardestBraking * (pose.t - last_->t);
+    frozen |= run.stopped_hard && run.repeats >= kFrozenPoses;
   }
-  if (repeats_++ == 0) stopped_hard_ = twist_.head<3>().norm() > kHardestBraking * (pose.t - last_->t);
-  return stopped_hard_ && repeats_ >= kFrozenPoses;
+  return frozen;
 }
 
 OdometryScreen::Verdict OdometryScreen::judge(const Stamped<SE3>& pose) {
@@ -91,7 +95,8 @@ OdometryScreen::Verdict OdometryScreen::judge(const Stamped<SE3>& pose) {
     return Verdict::missing;
   if (!last_ || can_follow(*last_, pose)) {
     displaced_.clear();
-    if (last_ && is_frozen(pose)) return Verdict::frozen;
+    frozen_ = last_ && repeats_coordinate(pose);
+    if (frozen_) return Verdict::frozen;
     learn(pose);
     return Verdict::use;
   }
@@ -103,6 +108,7 @@ OdometryScreen::Verdict OdometryScreen::judge(const Stamped<SE3>& pose) {
       first_from_current_ * last_->value * SE3::Exp((first.t - last_->t) * twist_) * first.value.inverse();
   const Stamped<SE3>& before = displaced_[displaced_.size() - 2];
   twist_ = minus(pose.value, before.value) / (pose.t - before.t);
+  velocity_ = (pose.value.translation() - before.value.translation()) / (pose.t - before.t);
   last_ = pose;
   displaced_.clear();
   return Verdict::new_origin;

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <vector>
 
 #include <tandem/problem/navigation/navigation_checks.hpp>
@@ -20,7 +21,7 @@ class OdometryScreen {
     use,
     missing,     ///< not finite, or farther than 1e8 m from the origin
     displaced,   ///< farther from the last used pose than the vehicle can move
-    frozen,      ///< repeats a pose that the vehicle reached too fast to stop there
+    frozen,      ///< repeats a coordinate that the vehicle reached too fast to stop there
     new_origin,  ///< the fifth successive displaced pose that continues the others: the odometry has a new origin
   };
   /// Returns whether to use the pose. `new_origin` makes the displaced poses before it usable, too.
@@ -28,6 +29,8 @@ class OdometryScreen {
   /// Returns a pose relative to the first origin. After a jump, the odometry continues from the pose that its motion
   /// before the jump leads to.
   Stamped<SE3> continued(const Stamped<SE3>& pose) const { return {pose.t, first_from_current_ * pose.value}; }
+  /// Returns whether the last pose was frozen.
+  bool is_frozen() const { return frozen_; }
   /// Returns the displaced poses since the last used one.
   const std::vector<Stamped<SE3>>& displaced() const { return displaced_; }
   void clear() { *this = {}; }
@@ -35,16 +38,21 @@ class OdometryScreen {
  private:
   bool can_follow(const Stamped<SE3>& before, const Stamped<SE3>& after) const;
   void learn(const Stamped<SE3>& pose);
-  bool is_frozen(const Stamped<SE3>& pose);
+  bool repeats_coordinate(const Stamped<SE3>& pose);
 
   std::optional<Stamped<SE3>> last_;
   std::vector<Stamped<SE3>> displaced_;
-  double speed_ = 0, turn_rate_ = 0;     // typical ones [m/s, rad/s]
-  int steps_ = 0;                        // used poses
-  Vector<6> twist_ = Vector<6>::Zero();  // of the last step [m/s, rad/s]
-  int repeats_ = 0;                      // successive equal poses
-  bool stopped_hard_ = false;            // before the first of them, the vehicle was too fast to stop there
-  SE3 first_from_current_{};             // from the present origin to the first one
+  double speed_ = 0, turn_rate_ = 0;        // typical ones [m/s, rad/s]
+  int steps_ = 0;                           // used poses
+  Vector<6> twist_ = Vector<6>::Zero();     // of the last step [m/s, rad/s]
+  Vector<3> velocity_ = Vector<3>::Zero();  // likewise, in the frame of the odometry [m/s]
+  struct Run {
+    int repeats = 0;            // successive equal values
+    bool stopped_hard = false;  // before the first of them, the vehicle was too fast to stop there
+  };
+  std::array<Run, 3> runs_{};  // by coordinate
+  bool frozen_ = false;
+  SE3 first_from_current_{};  // from the present origin to the first one
 };
 
 /// Discards poses and measurements whose values are not believed. Returns the findings.

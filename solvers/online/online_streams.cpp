@@ -109,6 +109,7 @@ MaybeRejection OnlineEstimator::Streams::add_odometry(const Stamped<SE3>& pose) 
   if (auto why = queue_.why_invalid_stamp("odometry", pose.t, window_->started()))
     return Rejection{Kind::invalid_time, *why};
   const std::vector<Stamped<SE3>> displaced = odometry_screen_.displaced();
+  const bool was_frozen = odometry_screen_.is_frozen();
   switch (odometry_screen_.judge(pose)) {
     case OdometryScreen::Verdict::missing:
       return Rejection{Kind::implausible, "odometry: the pose at " + seconds_text(pose.t) + " is implausible", pose.t};
@@ -131,6 +132,12 @@ MaybeRejection OnlineEstimator::Streams::add_odometry(const Stamped<SE3>& pose) 
       for (const Stamped<SE3>& other : displaced) odometry_.push_back(odometry_screen_.continued(other));
       break;
     case OdometryScreen::Verdict::use:
+      if (!was_frozen) break;
+      // The motion meanwhile is unknown, also on average.
+      if (window_->started())
+        reset_window(TrackReset::Kind::suspended,
+                     "odometry was frozen from " + seconds_text(odometry_.back().t) + " to " + seconds_text(pose.t));
+      odometry_.clear();
       break;
   }
   if (odometry_.size() > kMaxOdometry && window_->started())

@@ -35,7 +35,14 @@ TEST(OdometryScreen, AVehicleDoesNotStopWithoutBraking) {
   for (int i = 0; i < 100; ++i) frozen.judge(pose_at(0.1 * i));
   for (int i = 1; i < 5; ++i) EXPECT_EQ(frozen.judge({9.9 + 0.1 * i, pose_at(9.9).value}), Verdict::use);
   for (int i = 5; i < 50; ++i) EXPECT_EQ(frozen.judge({9.9 + 0.1 * i, pose_at(9.9).value}), Verdict::frozen) << i;
+  EXPECT_TRUE(frozen.is_frozen());
   EXPECT_EQ(frozen.judge(pose_at(15)), Verdict::use);
+  EXPECT_FALSE(frozen.is_frozen());
+  OdometryScreen axis;  // x stops, y goes on
+  for (int i = 0; i < 100; ++i)
+    EXPECT_EQ(axis.judge({0.1 * i, SE3(SO3(), Vector<3>(0.1 * std::min(i, 50), 0.1 * i, 0))}),
+              i < 55 ? Verdict::use : Verdict::frozen)
+        << i;
   double x = 0;
   for (int i = 0; i < 300; ++i) {
     x += 0.1 * std::max(0.0, 2 - 0.1 * 0.3 * i);

@@ -133,6 +133,8 @@ TEST(OnlineGate, ResetsToASensorThatKeepsContradictingTheEstimate) {
   EXPECT_EQ(run.resets[0].kind, TrackReset::Kind::contradicted);
   EXPECT_THAT(run.resets[0].why, HasSubstr("usbl contradicts the estimate: it was rejected until 37"));
   EXPECT_NEAR(run.error(), 200, 1) << "the estimate follows the displaced fixes";
+  EXPECT_EQ(run.estimator().health().target.state, OutputState::unconfirmed);
+  EXPECT_FALSE(run.estimator().health().target.confirmed);
   EXPECT_LT(run.estimator().keyframes(), 10u) << "the old window is discarded";
   run.run(41, 70);
   EXPECT_EQ(run.estimator().health().resets, 2u);

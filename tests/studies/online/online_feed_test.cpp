@@ -1,5 +1,6 @@
 #include <atomic>
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <unistd.h>
@@ -169,6 +170,22 @@ TEST_F(OnlineFeedTest, WarnsOfMalformedLinesOfStream) {
   EXPECT_THAT(feed.rejected_lines().counts(),
               ElementsAre(Pair(Pair("optical", "malformed"), 1), Pair(Pair("unknown", "malformed"), 1),
                           Pair(Pair("usbl", "malformed"), 3)));
+}
+
+TEST_F(OnlineFeedTest, SettledLinesOfAllStreamsComeInOrder) {
+  std::string text;
+  for (const double t : {0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0}) {
+    text += fmt::format("odometry,{},0,0,0,0,0,0,1\n", t);
+    if (t == 4) text += "usbl,1.5,1,0,0\nusbl,3.5,1,0,0\nusbl,2.5,1,0,0\n";
+  }
+  const Input input(text);
+  const std::atomic<bool> stop{false};
+  StreamFeed feed(settings(RowsIn::stream), input.descriptor(), "here", stop,
+                  [](const std::string& why) { FAIL() << why; });
+  feed.set_settling_time(3);
+  EXPECT_THAT(arrivals(feed),
+              ElementsAre("odometry 0.00", "odometry 1.00", "usbl 1.50", "odometry 2.00", "usbl 2.50", "odometry 3.00",
+                          "usbl 3.50", "odometry 4.00", "odometry 5.00", "odometry 6.00"));
 }
 
 TEST_F(OnlineFeedTest, StopsWaitingOnRequest) {
