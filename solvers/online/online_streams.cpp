@@ -14,8 +14,7 @@ using detail::seconds_text;
 using MaybeRejection = std::optional<Rejection>;
 using Kind = Rejection::Kind;
 
-constexpr double kCoarse = 5.0;  // duration of the coarse alignment [s]
-constexpr std::size_t kMaxOdometry = 4096;
+constexpr double kCoarse = 5.0;     // duration of the coarse alignment [s]
 constexpr int kTargetSubject = -1;  // HealthMonitor subject of target sensors
 
 TrackingData without_measurements(TrackingData data) {
@@ -99,51 +98,6 @@ void OnlineEstimator::Streams::make_screens() {
     newest_ego_.resize(ego_->sensors.size());
   }
   for (const TargetSensor& sensor : settings_.sensors) screens_.emplace_back(screen_options(sensor));
-}
-
-MaybeRejection OnlineEstimator::Streams::add_odometry(const Stamped<SE3>& pose) {
-  if (ego_) return Rejection{Kind::not_in_use, "odometry: not in use, the chaser moves by its own sensors"};
-  if (!odometry_.empty() && !(pose.t > odometry_.back().t))
-    return Rejection{Kind::not_increasing,
-                     "odometry: the pose at " + seconds_text(pose.t) + " is not later than the previous one"};
-  if (auto why = queue_.why_invalid_stamp("odometry", pose.t, window_->started()))
-    return Rejection{Kind::invalid_time, *why};
-  const std::vector<Stamped<SE3>> displaced = odometry_screen_.displaced();
-  const bool was_frozen = odometry_screen_.is_frozen();
-  switch (odometry_screen_.judge(pose)) {
-    case OdometryScreen::Verdict::missing:
-      return Rejection{Kind::implausible, "odometry: the pose at " + seconds_text(pose.t) + " is implausible", pose.t};
-    case OdometryScreen::Verdict::displaced:
-      return Rejection{Kind::implausible,
-                       "odometry: the pose at " + seconds_text(pose.t) + " is implausibly far from the previous one",
-                       pose.t};
-    case OdometryScreen::Verdict::frozen:
-      process_until(pose.t);  // the time passes
-      return Rejection{
-          Kind::implausible,
-          "odometry: rejected a pose at " + seconds_text(pose.t) + " " + std::string(text(ReadingFault::frozen)),
-          pose.t};
-    case OdometryScreen::Verdict::new_origin:
-      if (window_->started())
-        reset_window(TrackReset::Kind::contradicted, "odometry jumped to a new origin at " +
-                                                         seconds_text(displaced.front().t) +
-                                                         " and continues from the pose expected there");
-      odometry_.clear();
-      for (const Stamped<SE3>& other : displaced) odometry_.push_back(odometry_screen_.continued(other));
-      break;
-    case OdometryScreen::Verdict::use:
-      if (!was_frozen) break;
-      // The motion meanwhile is unknown, also on average.
-      if (window_->started())
-        reset_window(TrackReset::Kind::suspended,
-                     "odometry was frozen from " + seconds_text(odometry_.back().t) + " to " + seconds_text(pose.t));
-      odometry_.clear();
-      break;
-  }
-  if (odometry_.size() > kMaxOdometry && window_->started())
-    std::erase_if(odometry_, [&](const Stamped<SE3>& x) { return x.t < window_->newest() - 2 * interval_; });
-  odometry_.push_back(odometry_screen_.continued(pose));
-  return process_until(pose.t);
 }
 
 MaybeRejection OnlineEstimator::Streams::add_imu(const ImuSample& sample) {
@@ -378,9 +332,11 @@ bool OnlineEstimator::Streams::apply_gate(std::size_t index, const std::string& 
     return true;
   }
   health_.rejected(index, t, *outcome.innovation.sigmas);
+  const std::string others = health_.other_agreeing_sensors(index, t);
   reject(name, {Kind::outside_gate,
                 name + ": the measurement valid at " + seconds_text(t) + " is outside the gate, " +
-                    std::to_string(*outcome.innovation.sigmas) + " standard deviations from its prediction",
+                    std::to_string(*outcome.innovation.sigmas) + " standard deviations from its prediction" +
+                    (others.empty() ? "" : ", in contradiction to " + others),
                 t, *outcome.innovation.sigmas});
   return false;
 }

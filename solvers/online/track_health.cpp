@@ -124,10 +124,7 @@ std::optional<double> HealthMonitor::all_contradicting_since(double t) const {
 }
 
 std::string HealthMonitor::contradicting_sensors(double t) const {
-  std::string names;
-  for (std::size_t i = 0; i < sensors_.size(); ++i)
-    if (contradicts(i, t)) names += (names.empty() ? "" : " and ") + sensors_[i].name;
-  return names;
+  return names([&](std::size_t i) { return contradicts(i, t); });
 }
 
 void HealthMonitor::adopt(std::size_t sensor) {
@@ -162,8 +159,14 @@ void HealthMonitor::set_confirmed(bool chaser, bool target) {
   health_.target.confirmed = target && health_.target.state == OutputState::aided;
 }
 
-bool HealthMonitor::recently_used(std::size_t sensor, double t) const {
-  return t - health_.sensors[sensor].last_used.value_or(-HUGE_VAL) <= options_.lost_after;
+bool HealthMonitor::agrees(std::size_t sensor, double t) const {
+  const SensorHealth& s = health_.sensors[sensor];
+  return s.rejected_in_a_row == 0 && t - s.last_used.value_or(-HUGE_VAL) <= options_.lost_after;
+}
+
+std::string HealthMonitor::other_agreeing_sensors(std::size_t sensor, double t) const {
+  return names(
+      [&](std::size_t i) { return i != sensor && sensors_[i].subject == sensors_[sensor].subject && agrees(i, t); });
 }
 
 OutputHealth HealthMonitor::output(double t, std::optional<double> aided, bool of_target) {

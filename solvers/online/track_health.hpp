@@ -158,8 +158,10 @@ class HealthMonitor {
   void update_outputs(double t, std::optional<double> chaser_aided, std::optional<double> target_aided);
   /// States whether the outputs are confirmed; call it after update_outputs().
   void set_confirmed(bool chaser, bool target);
-  /// Returns whether a measurement of the sensor within ResetOptions::lost_after before t [s] was used.
-  bool recently_used(std::size_t sensor, double t) const;
+  /// Returns whether the newest measurement of the sensor was used, and is within ResetOptions::lost_after before t [s].
+  bool agrees(std::size_t sensor, double t) const;
+  /// Returns the other sensors of the same subject that agree with the estimate, e.g. "optical and sonar".
+  std::string other_agreeing_sensors(std::size_t sensor, double t) const;
 
   /// Returns the time of the last used measurement of sensors first to last − 1 [s]; −∞ if there is none.
   double last_used(std::size_t first, std::size_t last) const;
@@ -181,6 +183,13 @@ class HealthMonitor {
     bool rejected;
   };
   bool contradicts(std::size_t sensor, double t) const;
+  template <class F>
+  std::string names(F chosen) const {
+    std::string all;
+    for (std::size_t i = 0; i < sensors_.size(); ++i)
+      if (chosen(i)) all += (all.empty() ? "" : " and ") + sensors_[i].name;
+    return all;
+  }
   void add_verdict(std::size_t sensor, double t, bool rejected);
   OutputHealth output(double t, std::optional<double> aided, bool of_target);
 

@@ -1,3 +1,5 @@
+#include <algorithm>
+#include <cmath>
 #include <functional>
 
 #include <gmock/gmock.h>
@@ -63,6 +65,25 @@ TEST(GrossErrors, AreNamedAndDoNotMoveTheStates) {
           std::max(apart, (found.states[k].value.pose.translation() - clean.states[k].value.pose.translation()).norm());
     EXPECT_LT(apart, 0.3) << findings;
   }
+}
+
+/// A constant error of the accelerometer from the middle on. The other sensors agree without the IMU.
+TEST(GrossErrors, AnImuThatContradictsAllOthersIsLeftOut) {
+  SimulatedDive dive = simulate_dive({.grade = Grade::tactical, .minutes = 2});
+  for (ImuSample& sample : dive.data.imu->samples)
+    if (sample.t > 60) sample.specific_force.x() += 8;
+  NavigationOptions options;
+  options.covariance = false;
+  const Navigation found = navigate(dive.data, options);
+  EXPECT_TRUE(found.summary.converged());
+  EXPECT_TRUE(std::any_of(found.findings.begin(), found.findings.end(), [](const NavigationFinding& finding) {
+    return finding.sensor == "imu" && finding.kind == NavigationFinding::Kind::rejected;
+  }));
+  for (const Stamped<EgoState>& state : found.states)
+    for (const Stamped<SE23>& truth : dive.truth)
+      if (std::abs(truth.t - state.t) < 1e-6) {
+        EXPECT_LT((state.value.pose.translation() - truth.value.translation()).norm(), 2) << state.t;
+      }
 }
 
 TEST(GrossErrors, AreNotFoundInOrdinaryNoise) {

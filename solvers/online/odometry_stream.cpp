@@ -1,0 +1,61 @@
+#include <algorithm>
+
+#include <tandem/solvers/online/online_streams.hpp>
+
+// The odometry of an OnlineEstimator.
+namespace tandem {
+namespace {
+
+using detail::seconds_text;
+using Kind = Rejection::Kind;
+
+constexpr std::size_t kMaxOdometry = 4096;  // poses
+
+}  // namespace
+
+std::optional<Rejection> OnlineEstimator::Streams::add_odometry(const Stamped<SE3>& pose) {
+  if (ego_) return Rejection{Kind::not_in_use, "odometry: not in use, the chaser moves by its own sensors"};
+  if (!odometry_.empty() && !(pose.t > odometry_.back().t))
+    return Rejection{Kind::not_increasing,
+                     "odometry: the pose at " + seconds_text(pose.t) + " is not later than the previous one"};
+  if (auto why = queue_.why_invalid_stamp("odometry", pose.t, window_->started()))
+    return Rejection{Kind::invalid_time, *why};
+  const std::vector<Stamped<SE3>> displaced = odometry_screen_.displaced();
+  const bool was_frozen = odometry_screen_.is_frozen();
+  switch (odometry_screen_.judge(pose)) {
+    case OdometryScreen::Verdict::missing:
+      return Rejection{Kind::implausible, "odometry: the pose at " + seconds_text(pose.t) + " is implausible", pose.t};
+    case OdometryScreen::Verdict::displaced:
+      return Rejection{Kind::implausible,
+                       "odometry: the pose at " + seconds_text(pose.t) + " is implausibly far from the previous one",
+                       pose.t};
+    case OdometryScreen::Verdict::frozen:
+      process_until(pose.t);  // the time passes
+      return Rejection{
+          Kind::implausible,
+          "odometry: rejected a pose at " + seconds_text(pose.t) + " " + std::string(text(ReadingFault::frozen)),
+          pose.t};
+    case OdometryScreen::Verdict::new_origin:
+      if (window_->started())
+        reset_window(TrackReset::Kind::contradicted, "odometry jumped to a new origin at " +
+                                                         seconds_text(displaced.front().t) +
+                                                         " and continues from the pose expected there");
+      odometry_.clear();
+      for (const Stamped<SE3>& other : displaced) odometry_.push_back(odometry_screen_.continued(other));
+      break;
+    case OdometryScreen::Verdict::use:
+      if (!was_frozen) break;
+      // The motion meanwhile is unknown, also on average.
+      if (window_->started())
+        reset_window(TrackReset::Kind::suspended,
+                     "odometry was frozen from " + seconds_text(odometry_.back().t) + " to " + seconds_text(pose.t));
+      odometry_.clear();
+      break;
+  }
+  if (odometry_.size() > kMaxOdometry && window_->started())
+    std::erase_if(odometry_, [&](const Stamped<SE3>& x) { return x.t < window_->newest() - 2 * interval_; });
+  odometry_.push_back(odometry_screen_.continued(pose));
+  return process_until(pose.t);
+}
+
+}  // namespace tandem
