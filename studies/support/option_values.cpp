@@ -6,6 +6,7 @@
 
 #include <tandem/lie/error.hpp>
 #include <tandem/residuals/loss_names.hpp>
+#include <tandem/solvers/option_fields.hpp>
 #include <tandem/studies/support/option_values.hpp>
 #include <tandem/studies/support/text.hpp>
 
@@ -13,26 +14,20 @@ namespace tandem {
 namespace {
 
 template <class T>
-struct Choice {
-  std::string name;
-  T value;
-};
-
-template <class T>
-T choose(const std::string& option, const std::string& text, const std::vector<Choice<T>>& choices) {
+T choose(const std::string& option, const std::string& text, const std::vector<NamedValue<T>>& choices) {
   std::vector<std::string> names;
   for (const auto& [name, value] : choices) {
     if (name == text) return value;
-    names.push_back(name);
+    names.emplace_back(name);
   }
   throw Error(
       fmt::format("{} takes {}, not {}{}", option, listed(names, "or"), quote(text), did_you_mean(text, names)));
 }
 
-const std::vector<Choice<Loss::Kind>>& losses() {
-  static const std::vector<Choice<Loss::Kind>> all = [] {
-    std::vector<Choice<Loss::Kind>> choices;
-    for (const auto& [kind, name] : kLossNames) choices.push_back({std::string(name), kind});
+const std::vector<NamedValue<Loss::Kind>>& losses() {
+  static const std::vector<NamedValue<Loss::Kind>> all = [] {
+    std::vector<NamedValue<Loss::Kind>> choices;
+    for (const auto& [kind, name] : kLossNames) choices.push_back({name.data(), kind});
     return choices;
   }();
   return all;
@@ -59,8 +54,8 @@ Mode parse_mode(const std::string& option, const std::string& text) {
 }
 
 MotionModel parse_model(const std::string& option, const std::string& text) {
-  std::vector<Choice<MotionModel>> choices;
-  for (const MotionModel model : motion_models) choices.push_back({std::string(name(model)), model});
+  std::vector<NamedValue<MotionModel>> choices;
+  for (const MotionModel model : motion_models) choices.push_back({name(model).data(), model});
   return choose<MotionModel>(option, text, choices);
 }
 
@@ -88,16 +83,12 @@ std::vector<Horizon> parse_horizons(const std::string& option, const std::string
 }
 
 Hessian parse_hessian(const std::string& option, const std::string& text) {
-  return choose<Hessian>(option, text,
-                         {{"automatic", Hessian::automatic},
-                          {"gauss-newton", Hessian::gauss_newton},
-                          {"exact", Hessian::exact},
-                          {"limited-memory", Hessian::limited_memory}});
+  return choose<Hessian>(option, text, {std::begin(kHessians), std::end(kHessians)});
 }
 
 IpoptLinearSolver parse_linear_solver(const std::string& option, const std::string& text) {
-  return choose<IpoptLinearSolver>(
-      option, text, {{"block-cholesky", IpoptLinearSolver::block_cholesky}, {"mumps", IpoptLinearSolver::mumps}});
+  static_assert(kIpoptLinearSolvers[0].value == IpoptLinearSolver::automatic);  // the default, not a choice
+  return choose<IpoptLinearSolver>(option, text, {std::begin(kIpoptLinearSolvers) + 1, std::end(kIpoptLinearSolvers)});
 }
 
 std::optional<PlotFormat> parse_plots(const std::string& option, const std::string& text) {
