@@ -71,6 +71,42 @@ InterpolatedMotion<G> interpolate_constant_twist(const G& x0, const G& x1, doubl
   return detail::motion_at<G>(x0, after / dt * d, d / dt, by, Matrix<2 * n, 2 * n>::Zero(), 0);
 }
 
+/// Odometry at both ends of an interval and at an instant in it.
+template <LieGroup G>
+struct OdometryAt {
+  G begin, instant, end;
+  typename G::Tangent twist;  ///< in the body at the instant [units of the tangent per s]
+};
+
+/// Interpolates along odometry between two poses, dt [s] apart, `after` [s] after the first one. The errors of the
+/// odometry are a random walk with the root spectral densities `sigma` on the axes of the body. States: x0, x1.
+///
+/// The path of the odometry is moved to x0. Its misclosure at x1 is distributed linearly in time:
+/// T(t) = X0 O0⁻¹ Exp(after/dt · ε) O(t) with ε = Log(O0 X0⁻¹ X1 O1⁻¹), the Brownian bridge. It is exact if the group
+/// is Rⁿ. The random walk has no twist, so that of the result is the twist of the odometry plus the mean correction.
+template <LieGroup G>
+InterpolatedMotion<G> interpolate_along_odometry(const G& x0, const G& x1, const OdometryAt<G>& odometry,
+                                                 const Vector<G::dof>& sigma, double dt, double after) {
+  constexpr int n = G::dof;
+  const double share = after / dt;
+  const G misclosure = odometry.begin * x0.inverse() * x1 * odometry.end.inverse();
+  const typename G::Tangent correction = misclosure.Log();
+  const InverseJacobians<G> at_correction(correction);
+  const G corrected = G::Exp(share * correction) * odometry.instant;
+  const typename G::Jacobian to_instant = odometry.instant.inverse().Ad();
+  InterpolatedMotion<G> motion{x0 * odometry.begin.inverse() * corrected, odometry.twist + to_instant * correction / dt,
+                               Eigen::MatrixXd::Zero(2 * n, 2 * n)};
+  const typename G::Jacobian by_x0 = -at_correction.left * odometry.begin.Ad();
+  const typename G::Jacobian by_x1 = at_correction.right * odometry.end.Ad();
+  const typename G::Jacobian of_pose = share * to_instant * G::Jr(share * correction);
+  motion.jacobian.block(0, 0, n, n) = of_pose * by_x0 + (odometry.begin.inverse() * corrected).inverse().Ad();
+  motion.jacobian.block(0, n, n, n) = of_pose * by_x1;
+  motion.jacobian.block(n, 0, n, n) = to_instant * by_x0 / dt;
+  motion.jacobian.block(n, n, n, n) = to_instant * by_x1 / dt;
+  motion.bridge.diagonal().template head<n>() = sigma.cwiseAbs2() * after * (1 - share);
+  return motion;
+}
+
 /// Interpolates with WhiteNoiseAcceleration between two poses and twists, dt [s] apart, `after` [s] after the first one.
 /// `densities` are the power spectral densities of the acceleration on the axes of the twist. States: x0, w0, x1, w1.
 ///

@@ -150,7 +150,10 @@ void Marginals::regularize(NlpEvaluator& nlp, const Eigen::VectorXd& hessian, co
   for (std::size_t i = 0; i < null.size(); ++i) parts.null.col(Eigen::Index(i)) = *null[i];
   if (!null.empty()) parts.log_determinant = -HUGE_VAL;
   parts.unobservable = detail::unobservable_states(nlp, flat);
-  if (!parts.unobservable.empty()) parts.infinite = detail::unobservable_unknowns(flat, curvature);
+  if (parts.unobservable.empty()) return;
+  parts.infinite = detail::unobservable_unknowns(flat, curvature);
+  for (Eigen::Index i = 0; i < parts.null.rows(); ++i)  // the other entries are rounding errors
+    if (!parts.infinite[std::size_t(i)]) parts.null.row(i).setZero();
 }
 
 int Marginals::id(const VariableHandle& x) const {

@@ -6,6 +6,7 @@
 #include <tandem/problem/tracking/planar.hpp>
 #include <tandem/problem/tracking/target_forecast.hpp>
 #include <tandem/problem/tracking/tracking_build.hpp>
+#include <tandem/problem/tracking/tracking_trajectory.hpp>
 
 namespace tandem::detail {
 
@@ -68,6 +69,11 @@ class TargetWindow {
   /// Forecasts the target h > 0 [s] after the last keyframe with its motion model. Returns nullopt if there is only one
   /// keyframe, or if rounding errors dominate the covariance. For exceptions, see detail::forecast() and `covariance`.
   std::optional<TargetForecast<G>> forecast(double h, const JointCovariance& covariance) const;
+  /// Return the states at t, between the first and the last keyframe, as TrackingTrajectory. The chaser follows
+  /// `odometry`, which should cover the two keyframes around t.
+  MotionInstant chaser_at(double t, const std::vector<Stamped<SE3>>& odometry,
+                          const PropagateCovariance& propagate) const;
+  MotionInstant target_at(double t, const PropagateCovariance& propagate) const;
   /// Returns the target's mean velocity over the last second, in the world [m/s].
   Vector<3> velocity() const;
   const Variable<G>& chaser_variable(std::size_t k) const { return build_.chaser[k]; }
@@ -87,6 +93,8 @@ class TargetWindow {
 
  private:
   std::size_t reference() const;
+  template <class F>
+  MotionInstant with_trajectory(double t, const std::vector<Stamped<SE3>>& odometry, F f) const;
   PointForecastStart<G> point_forecast_start(const JointCovariance& covariance) const;
 
   Problem& problem_;

@@ -3,10 +3,11 @@
 #include <numeric>
 
 #include <tandem/lie/error.hpp>
+#include <tandem/problem/tracking/ego_track.hpp>
 #include <tandem/problem/tracking/planar.hpp>
 #include <tandem/problem/tracking/tracking_motion.hpp>
 #include <tandem/problem/tracking/tracking_trajectory.hpp>
-#include <tandem/residuals/motion_interpolation.hpp>
+#include <tandem/residuals/steady_course.hpp>
 
 namespace tandem {
 namespace {
@@ -23,8 +24,8 @@ struct Arguments {
   }
   /// Returns the covariance of an interpolated motion.
   template <LieGroup G>
-  Eigen::MatrixXd covariance(const InterpolatedMotion<G>& motion, const TrackingTrajectory::Covariance& of) const {
-    if (!of) return {};
+  Eigen::MatrixXd covariance(const InterpolatedMotion<G>& motion, const PropagateCovariance& propagate) const {
+    if (!propagate) return {};
     Eigen::MatrixXd J(2 * G::dof, std::accumulate(dofs.begin(), dofs.end(), 0));
     for (std::size_t s = 0, from = 0, to = 0; s < ids.size(); ++s) {
       const Eigen::MatrixXd& by = by_state[s];
@@ -32,7 +33,7 @@ struct Arguments {
       from += std::size_t(by.rows());
       to += std::size_t(by.cols());
     }
-    return J * of(ids, dofs) * J.transpose() + motion.bridge;
+    return propagate(J, ids, dofs) + motion.bridge;
   }
 };
 
@@ -41,9 +42,20 @@ const Variable<G>* pose_of(const TargetVariable& x) {
   return std::get_if<Variable<G>>(&x);
 }
 
+/// Returns the motion `since` seconds after the first pose of a steady course.
 template <LieGroup G>
-bool is_on_course(const TargetVariable& x) {
-  return std::holds_alternative<CourseVariable<G>>(x);
+InterpolatedMotion<G> on_course(const Problem& problem, const CourseVariable<G>& course, double since,
+                                Arguments& arguments) {
+  constexpr int n = G::dof;
+  arguments.add(problem.id(course.first), G::Jacobian::Identity());
+  arguments.add(problem.id(course.speed), Eigen::MatrixXd::Identity(1, 1));
+  const double speed = problem.value(course.speed).vector()[0];
+  const G way = steady_course_motion<G>(since, speed);
+  const typename G::Tangent ahead = G::Tangent::Unit(0);
+  InterpolatedMotion<G> motion{problem.value(course.first) * way, speed * ahead, Eigen::MatrixXd::Zero(2 * n, n + 1)};
+  motion.jacobian.topLeftCorner(n, n) = way.inverse().Ad();
+  motion.jacobian.col(n) << since * ahead, ahead;
+  return motion;
 }
 
 /// Appends the position of a pose or a point.
@@ -61,10 +73,20 @@ Rn<G::point_dim> add_point(const Problem& problem, const TargetVariable& x, Argu
   return problem.value(point);
 }
 
+template <LieGroup G>
+MotionInstant instant_of(const InterpolatedMotion<G>& motion, Eigen::MatrixXd covariance) {
+  if constexpr (requires { motion.pose.vector(); }) {
+    return {in_space(motion.pose), {}, motion.twist, std::move(covariance)};
+  } else {
+    const SE3 pose = in_space(motion.pose);
+    return {pose.translation(), pose.rotation(), motion.twist, std::move(covariance)};
+  }
+}
+
 /// Interpolates by `damped` the up to four states around keyframe k for which `usable(k)` holds. `add(k)` returns a
 /// state and appends its arguments.
 template <LieGroup X, class Usable, class Add>
-InterpolatedMotion<X> damped(const std::vector<Keyframe>& keyframes, std::size_t k, const Vector<X::dof>& sigma,
+InterpolatedMotion<X> damped(std::span<const Keyframe> keyframes, std::size_t k, const Vector<X::dof>& sigma,
                              const Vector<X::dof>& time, double t, Usable usable, Add add) {
   std::size_t begin = k, end = k + 2;
   if (k > 0 && usable(k - 1)) --begin;
@@ -80,93 +102,109 @@ InterpolatedMotion<X> damped(const std::vector<Keyframe>& keyframes, std::size_t
 
 }  // namespace
 
-std::vector<TrackedInstant> TrackingTrajectory::at(std::span<const double> times, const Covariance& covariance) const {
-  const std::vector<Keyframe>& keyframes = tracking_.keyframes;
-  if (keyframes.size() < 2) throw BadInputError("a trajectory needs two keyframes or more");
-  std::vector<TrackedInstant> result;
-  for (const double t : times) {
-    if (!(t >= first() && t <= last()))
-      throw BadInputError("the time " + std::to_string(t) + " s is outside of the trajectory, " +
-                          std::to_string(first()) + " to " + std::to_string(last()) + " s");
-    const auto after = std::upper_bound(keyframes.begin(), keyframes.end(), t,
-                                        [](double time, const Keyframe& keyframe) { return time < keyframe.t; });
-    const auto k = std::min(std::size_t(after - keyframes.begin()), keyframes.size() - 1) - 1;
-    result.push_back(std::holds_alternative<Variable<SE2>>(tracking_.chaser[k]) ? at<SE2>(t, k, covariance)
-                                                                                : at<SE3>(t, k, covariance));
+TrackingTrajectory::TrackingTrajectory(const TrackingProblem& tracking, const TrackingData& data,
+                                       const TrackingOptions& options)
+    : TrackingTrajectory({tracking.problem, tracking.keyframes, tracking.chaser, tracking.target, tracking.twist},
+                         data.noise, data.odometry, options) {
+  if (!data.ego) return;
+  const NavigationData& own = data.ego->data;
+  if (own.imu) {
+    imu_.emplace(*own.imu);
+    for (const ImuSample& sample : own.imu->samples) imu_->add(sample);
   }
-  return result;
+  ego_.emplace(tracking.problem, tracking.ego, imu_ ? &*imu_ : nullptr, own.earth, data.ego->options);
+}
+
+TrackedInstant TrackingTrajectory::at(double t, const PropagateCovariance& propagate) const {
+  return {t, chaser_at(t, propagate), target_at(t, propagate)};
+}
+
+MotionInstant TrackingTrajectory::chaser_at(double t, const PropagateCovariance& propagate) const {
+  if (ego_) return ego_->at(t, propagate);
+  const bool planar = !states_.chaser.empty() && std::holds_alternative<Variable<SE2>>(states_.chaser[0]);
+  return planar ? chaser<SE2>(t, propagate) : chaser<SE3>(t, propagate);
+}
+
+MotionInstant TrackingTrajectory::target_at(double t, const PropagateCovariance& propagate) const {
+  const bool planar = !states_.chaser.empty() && std::holds_alternative<Variable<SE2>>(states_.chaser[0]);
+  return planar ? target<SE2>(t, propagate) : target<SE3>(t, propagate);
 }
 
 template <LieGroup G>
-TrackedInstant TrackingTrajectory::at(double t, std::size_t k, const Covariance& covariance) const {
-  constexpr int n = G::dof, P = G::point_dim;
-  const Problem& problem = tracking_.problem;
-  const std::vector<TargetVariable>& target = tracking_.target;
-  const double dt = tracking_.keyframes[k + 1].t - tracking_.keyframes[k].t, after = t - tracking_.keyframes[k].t;
-  TrackedInstant instant{t, {}, {}, TargetState(Vector<3>(Vector<3>::Zero())), {}, {}, {}};
+std::optional<OdometryAt<G>> TrackingTrajectory::odometry_at(double from, double t, double to) const {
+  const auto begin = pose_at(odometry_, from), instant = pose_at(odometry_, t), end = pose_at(odometry_, to);
+  if (!begin || !instant || !end || odometry_.size() < 2) return {};
+  auto next = std::upper_bound(odometry_.begin(), odometry_.end(), t,
+                               [](double time, const Stamped<SE3>& pose) { return time < pose.t; });
+  if (next == odometry_.end()) --next;
+  if (next == odometry_.begin()) ++next;
+  const Stamped<SE3>& before = *(next - 1);
+  return OdometryAt<G>{in_group<G>(*begin), in_group<G>(*instant), in_group<G>(*end),
+                       minus(in_group<G>(next->value), in_group<G>(before.value)) / (next->t - before.t)};
+}
 
-  Arguments chaser;
-  const auto add_pose = [&](const Variable<G>& x, Arguments& arguments) {
-    arguments.add(problem.id(x), Eigen::MatrixXd::Identity(n, n));
+template <LieGroup G>
+MotionInstant TrackingTrajectory::chaser(double t, const PropagateCovariance& propagate) const {
+  const std::size_t k = interval_at(states_.keyframes, t);
+  const double from = states_.keyframes[k].t, to = states_.keyframes[k + 1].t;
+  Arguments arguments;
+  const auto add_pose = [&](std::size_t i) {
+    const auto& x = std::get<Variable<G>>(states_.chaser[i]);
+    arguments.add(states_.problem.id(x), G::Jacobian::Identity());
+    return states_.problem.value(x);
+  };
+  const G x0 = add_pose(k), x1 = add_pose(k + 1);
+  const auto odometry = odometry_at<G>(from, t, to);
+  const InterpolatedMotion<G> motion =
+      odometry ? interpolate_along_odometry<G>(x0, x1, *odometry, noise_.odometry, to - from, t - from)
+               : interpolate_constant_twist(x0, x1, to - from, t - from);
+  return instant_of(motion, arguments.covariance(motion, propagate));
+}
+
+template <LieGroup G>
+MotionInstant TrackingTrajectory::target(double t, const PropagateCovariance& propagate) const {
+  constexpr int n = G::dof, P = G::point_dim;
+  const Problem& problem = states_.problem;
+  const std::span<const TargetVariable> target = states_.target;
+  const std::size_t k = interval_at(states_.keyframes, t);
+  const double dt = states_.keyframes[k + 1].t - states_.keyframes[k].t, after = t - states_.keyframes[k].t;
+  Arguments arguments;
+  const auto result = [&](const auto& motion) { return instant_of(motion, arguments.covariance(motion, propagate)); };
+  if (const auto* course = std::get_if<CourseVariable<G>>(&target[k]))
+    return result(on_course(problem, *course, course->t + after, arguments));
+  const auto is_pose = [&](std::size_t i) { return pose_of<G>(target[i]) != nullptr; };
+  const auto add_pose = [&](std::size_t i) {
+    const Variable<G>& x = *pose_of<G>(target[i]);
+    arguments.add(problem.id(x), G::Jacobian::Identity());
     return problem.value(x);
   };
-  const G c0 = add_pose(std::get<Variable<G>>(tracking_.chaser[k]), chaser);
-  const G c1 = add_pose(std::get<Variable<G>>(tracking_.chaser[k + 1]), chaser);
-  const InterpolatedMotion<G> of_chaser = interpolate_constant_twist(c0, c1, dt, after);
-  instant.chaser = in_space(of_chaser.pose);
-  instant.chaser_twist = of_chaser.twist;
-  instant.chaser_covariance = chaser.covariance(of_chaser, covariance);
-
-  Arguments arguments;
-  const auto set_target = [&](const auto& motion) {
-    instant.target = TargetState(in_space(motion.pose));
-    instant.target_twist = motion.twist;
-    instant.target_covariance = arguments.covariance(motion, covariance);
-  };
-  if (is_on_course<G>(target[k])) {
-    const auto pose = [&](std::size_t i) {
-      const TargetState state = tracking_.target_state(i);
-      return in_group<G>(SE3(state.rotation.value(), state.position));
-    };
-    const auto motion = interpolate_constant_twist<G>(pose(k), pose(k + 1), dt, after);
-    instant.target = TargetState(in_space(motion.pose));
-    instant.target_twist = motion.twist;
-    return instant;
-  }
-  const auto is_pose = [&](std::size_t i) { return pose_of<G>(target[i]) != nullptr; };
-  const auto add_target_pose = [&](std::size_t i) { return add_pose(*pose_of<G>(target[i]), arguments); };
   if (is_pose(k) && is_pose(k + 1)) {
     if (options_.model == MotionModel::white_noise_acceleration) {
       const auto add_twist = [&](std::size_t i) {
-        const auto& w = std::get<Variable<Rn<n>>>(tracking_.twist[i]);
+        const auto& w = std::get<Variable<Rn<n>>>(states_.twist[i]);
         arguments.add(problem.id(w), Eigen::MatrixXd::Identity(n, n));
         return problem.value(w);
       };
-      const G x0 = add_target_pose(k);
+      const G x0 = add_pose(k);
       const Rn<n> w0 = add_twist(k);
-      const G x1 = add_target_pose(k + 1);
+      const G x1 = add_pose(k + 1);
       const Rn<n> w1 = add_twist(k + 1);
       const Vector<n> sigma = detail::acceleration_of(noise_, n).sigma;
-      set_target(interpolate_white_noise<G>(x0, w0, x1, w1, sigma.cwiseAbs2(), dt, after));
-    } else if (options_.model == MotionModel::damped_twist) {
-      set_target(damped<G>(tracking_.keyframes, k, detail::acceleration_of(noise_, n).sigma, noise_.twist_time, t,
-                           is_pose, add_target_pose));
-    } else {
-      const G x0 = add_target_pose(k), x1 = add_target_pose(k + 1);
-      set_target(interpolate_constant_twist(x0, x1, dt, after));
+      return result(interpolate_white_noise<G>(x0, w0, x1, w1, sigma.cwiseAbs2(), dt, after));
     }
-    return instant;
+    if (options_.model == MotionModel::damped_twist)
+      return result(damped<G>(states_.keyframes, k, detail::acceleration_of(noise_, n).sigma, noise_.twist_time, t,
+                              is_pose, add_pose));
+    const G x0 = add_pose(k), x1 = add_pose(k + 1);
+    return result(interpolate_constant_twist(x0, x1, dt, after));
   }
   const auto add_target_point = [&](std::size_t i) { return add_point<G>(problem, target[i], arguments); };
-  if (detail::is_damped(options_.model)) {
-    set_target(damped<Rn<P>>(
-        tracking_.keyframes, k, noise_.constant_velocity, noise_.velocity_time, t, [](std::size_t) { return true; },
+  if (detail::is_damped(options_.model))
+    return result(damped<Rn<P>>(
+        states_.keyframes, k, noise_.constant_velocity, noise_.velocity_time, t, [](std::size_t) { return true; },
         add_target_point));
-  } else {
-    const Rn<P> x0 = add_target_point(k), x1 = add_target_point(k + 1);
-    set_target(interpolate_constant_twist<Rn<P>>(x0, x1, dt, after));
-  }
-  return instant;
+  const Rn<P> x0 = add_target_point(k), x1 = add_target_point(k + 1);
+  return result(interpolate_constant_twist<Rn<P>>(x0, x1, dt, after));
 }
 
 }  // namespace tandem
