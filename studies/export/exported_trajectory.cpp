@@ -106,14 +106,16 @@ ExportedRun read_exported_run(const fs::path& folder) {
   std::sort(files.begin(), files.end());
   ExportedRun run;
   for (const fs::path& file : files) {
-    run.trajectories.push_back(read_tum_file(file));
-    add_full(folder / (file.stem().string() + "_full.csv"), run.trajectories.back());
+    ExportedTrajectory trajectory = read_tum_file(file);
+    if (trajectory.poses.empty()) continue;  // a truth that covers none of the run
+    add_full(folder / (file.stem().string() + "_full.csv"), trajectory);
+    run.trajectories.push_back(std::move(trajectory));
   }
   if (run.trajectories.empty())
-    throw Error(
-        fmt::format("{} has no trajectory (*.tum); give the output folder of tandem estimate or navigate, or a "
-                    "scenario folder",
-                    folder.string()));
+    throw Error(fmt::format(
+        "{} has no trajectory with poses (*.tum); give the output folder of tandem estimate or navigate, or a "
+        "scenario folder",
+        folder.string()));
   read_frame(folder, run);
   return run;
 }

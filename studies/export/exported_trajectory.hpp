@@ -33,7 +33,7 @@ struct ExportedRun {
   std::optional<GeographicPoint> origin{};  ///< if the scenario states it
 };
 
-/// Reads all trajectories (*.tum) of a folder with their covariances. Throws Error if there are none.
+/// Reads the trajectories (*.tum) of a folder that have poses, with their covariances. Throws Error if there are none.
 ExportedRun read_exported_run(const std::filesystem::path& folder);
 
 }  // namespace tandem

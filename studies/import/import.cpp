@@ -6,6 +6,7 @@
 
 #include <tandem/lie/error.hpp>
 #include <tandem/studies/import/import.hpp>
+#include <tandem/studies/import/import_assumptions.hpp>
 #include <tandem/studies/inspection/sensor_series.hpp>
 #include <tandem/studies/support/text.hpp>
 
@@ -198,6 +199,7 @@ Import import_recording(Recording& recording, ImportMap map, const std::function
                       [&sensor = *s](std::size_t row, std::size_t column) { return sensor.at(row, column); },
                       turned});
   }
+  for (std::string& sentence : assumed_conventions(import)) import.assumptions.push_back(std::move(sentence));
   for (std::string& finding : series_findings(series, import.map.ned)) import.findings.push_back(std::move(finding));
   return import;
 }

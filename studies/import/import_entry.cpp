@@ -56,6 +56,11 @@ class EntryReader {
       for (const std::string& text : section("covariance").texts("covariance"))
         if (find_field(stream_, text)) sensor_.variances.push_back(field_of("covariance", text, Quantity::number));
     read_settings();
+    const auto anywhere = [&](const char* key) { return has(key) || (entry_.map && entry_.map->has(key)); };
+    sensor_.fields_by_rule = rule_has("fields") && !(entry_.given && entry_.given->has("fields"));
+    sensor_.axes_stated = anywhere("axes") || (entry_.map && entry_.map->has("frame"));
+    sensor_.time_stated = anywhere("time") || sensor_.fields_by_rule;
+    sensor_.north_stated = has("north") || sensor_.fields_by_rule;
     return std::move(sensor_);
   }
 

@@ -64,6 +64,7 @@ void read_head(const YamlSection& map, ImportMap& result) {
                                     "sensor's data by its key axes)",
                                     quote(frame)));
     result.ned = frame == "NED-FRD";
+    result.frame_stated = true;
   }
   if (map.has("origin")) result.origin = read_origin(map);
   if (map.has("declination")) result.declination = map.number("declination") * std::acos(-1.0) / 180;

@@ -62,6 +62,8 @@ struct ImportSensor {
   bool magnetic = false;                                        ///< headings refer to magnetic north
   std::vector<std::pair<std::string, std::string>> settings{};  ///< keys and values for scenario.yaml
   bool assumed = false;                                         ///< whether a rule has made it, without a map
+  bool fields_by_rule = false;                                  ///< whether the fields are those of a known message
+  bool axes_stated = false, time_stated = false, north_stated = false;  ///< by the map or a known message
 
   /// Returns the fields of a quantity, or null.
   const std::vector<ImportField>* find(std::string_view quantity) const;
@@ -70,6 +72,7 @@ struct ImportSensor {
 /// A whole import: sensors and the settings of the scenario.
 struct ImportMap {
   std::string name;
+  bool frame_stated = false;
   bool ned = false;  ///< whether the axes of the written scenario are NED-FRD, not ENU-FLU
   std::optional<GeographicPoint> origin{};
   std::optional<double> declination{};  ///< rad, east positive

@@ -53,6 +53,11 @@ const ImportType* find_import_type(std::string_view name) {
   return nullptr;
 }
 
+bool observes_target(const ImportType& type) {
+  const ImportPart first = type.parts.front();
+  return first == ImportPart::body_position || first == ImportPart::range || first == ImportPart::direction;
+}
+
 std::vector<std::string> import_type_names() {
   std::vector<std::string> names;
   for (const ImportType& type : import_types()) names.emplace_back(type.name);

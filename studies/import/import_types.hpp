@@ -37,6 +37,9 @@ const std::vector<ImportType>& import_types();
 const ImportType* find_import_type(std::string_view name);
 std::vector<std::string> import_type_names();
 
+/// Returns whether sensors of this type observe the target.
+bool observes_target(const ImportType& type);
+
 /// A quantity that the key `fields` of a map names.
 struct ImportQuantity {
   std::string_view name;

@@ -3,31 +3,12 @@
 
 #include <fmt/format.h>
 
+#include <tandem/studies/import/default_noise.hpp>
 #include <tandem/studies/import/import.hpp>
 #include <tandem/studies/support/output_file.hpp>
 
 namespace tandem {
 namespace {
-
-struct DefaultNoise {
-  const char* name;
-  const char* values;
-  const char* comment;
-};
-/// Noise of scenarios with a target, if the map does not give it.
-constexpr DefaultNoise kNoise[] = {
-    {"prior", "[0.001, 0.001, 0.001, 0.001, 0.001, 0.001]", "first pose of the chaser [m, rad]"},
-    {"odometry", "[0.03, 0.03, 0.03, 0.002, 0.002, 0.002]", "random walk of the odometry, per sqrt(s)"},
-    {"constant_twist", "[0.15, 0.05, 0.05, 0.02, 0.02, 0.06]", "change of the target's motion, per sqrt(s)"},
-    {"roll_pitch", "[0.05, 0.05]", "roll and pitch of the target [rad]"},
-    {"constant_velocity", "[0.15, 0.15, 0.05]", "as constant_twist, for points (mode B)"},
-    {"boundary", "[0.001, 0.001, 0.001]", "boundary residuals of mode B [m]"}};
-
-/// Noise of an IMU of the MEMS grade.
-constexpr DefaultNoise kImuNoise[] = {{"accelerometer", "2.0e-3", "m/s^2/sqrt(Hz)"},
-                                      {"gyroscope", "2.0e-4", "rad/s/sqrt(Hz)"},
-                                      {"accelerometer_bias_walk", "1.0e-4", ""},
-                                      {"gyroscope_bias_walk", "1.0e-5", ""}};
 
 const std::string* find(const std::vector<std::pair<std::string, std::string>>& settings, const std::string& key) {
   for (const auto& [name, value] : settings)
@@ -41,11 +22,6 @@ bool has_type(const Import& import, std::string_view type) {
 }
 
 bool is_truth_or_odometry(const ImportedSensor& s) { return !s.sensor().type->file.empty(); }
-
-bool observes_target(const ImportedSensor& s) {
-  const ImportPart first = s.sensor().type->parts.front();
-  return first == ImportPart::body_position || first == ImportPart::range || first == ImportPart::direction;
-}
 
 std::string quoted(const std::string& text) {
   std::string result = "\"";
@@ -62,7 +38,7 @@ std::string sensor_entry(const ImportedSensor& s) {
   std::string text = fmt::format("  {}: {{type: {}, file: {}", sensor.name, sensor.type->name, s.file()), comment;
   for (const auto& [key, value] : sensor.settings) text += fmt::format(", {}: {}", key, value);
   if (sensor.type->name == "imu") {
-    for (const DefaultNoise& noise : kImuNoise)
+    for (const DefaultNoise& noise : kDefaultImuNoise)
       if (!find(sensor.settings, noise.name)) {
         text += fmt::format(", {}: {}", noise.name, noise.values);
         comment = "   # noise of a MEMS sensor is assumed; see its data sheet";
@@ -109,13 +85,13 @@ std::string scenario_yaml(const Import& import) {
   bool target = false;
   for (const auto& s : import.sensors) {
     if (!is_truth_or_odometry(*s)) text += sensor_entry(*s);
-    target |= observes_target(*s);
+    target |= observes_target(*s->sensor().type);
   }
   if (!target) return text;
   text += "noise:\n";
   for (const auto& [key, value] : map.noise) text += fmt::format("  {}: {}\n", key, value);
   const bool odometry = has_type(import, "odometry");
-  for (const DefaultNoise& noise : kNoise) {
+  for (const DefaultNoise& noise : kDefaultNoise) {
     const bool of_odometry = std::string_view(noise.name) == "prior" || std::string_view(noise.name) == "odometry";
     if (find(map.noise, noise.name) || (of_odometry && !odometry)) continue;
     text += fmt::format("  {}: {}   # assumed: {}\n", noise.name, noise.values, noise.comment);

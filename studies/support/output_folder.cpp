@@ -241,7 +241,7 @@ void OutputFolder::check_overwritable(const std::set<std::string>& names) const 
   if (files_of_last_run(folder_).contains(kScenario) && !names.contains(kScenario))
     throw Error(
         fmt::format("--out {}: the folder is a scenario that tandem wrote; name another folder, or add --force "
-                    "to write beside its files",
+                    "to write the results into it and keep the scenario",
                     folder_.string()));
   if (const fs::path file = foreign_file(folder_, names); !file.empty())
     throw Error(fmt::format("--out {}: tandem did not write {}; name another folder, or add --force to overwrite it",
