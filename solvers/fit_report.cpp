@@ -12,6 +12,8 @@ namespace {
 constexpr double kMaxRms = 2;
 constexpr double kMaxContested = 0.1;
 constexpr double kGenerous = 0.7;           // share of the expected cost, below which the stated noise is too large
+constexpr double kFarTooLarge = 0.25;       // the same, below which the report says little
+constexpr double kOversized = 2;            // factor from which a noise is named as too large
 constexpr double kMinVarianceShare = 0.05;  // minimum share of the noise variance that is left in a residual
 constexpr std::size_t kWorst = 5;
 
@@ -99,6 +101,63 @@ void add(const Problem& problem, const MeasurementBlock& m, const Marginals* mar
   fit.worst.push_back(worst);
 }
 
+/// Squared residuals of the blocks with one noise, and their expectations, by row.
+struct NoiseSum {
+  std::string name;
+  std::vector<double> squares, expected;
+
+  void add(const Problem& problem, const Block& block, const Marginals* marginals, double remaining) {
+    const Problem::Linearization at = problem.linearization(block);
+    if (problem.weight(block) < kDownweightThreshold) return;
+    const Eigen::VectorXd noise = problem.noise(block).covariance_matrix().diagonal();
+    const Eigen::VectorXd variances = residual_variances(at, noise, marginals, remaining);
+    const std::size_t rows = std::size_t(noise.size());
+    squares.resize(std::max(squares.size(), rows));
+    expected.resize(squares.size());
+    for (Eigen::Index i = 0; i < noise.size(); ++i) {
+      if (!(variances[i] > kMinVarianceShare * noise[i])) continue;
+      squares[std::size_t(i)] += at.residual[i] * at.residual[i] / noise[i];
+      expected[std::size_t(i)] += variances[i] / noise[i];
+    }
+  }
+  NoiseFit fit() const {
+    NoiseFit fit{name, {}};
+    for (std::size_t i = 0; i < squares.size(); ++i)
+      if (expected[i] > 0) fit.rms.push_back(std::sqrt(squares[i] / expected[i]));
+    return fit;
+  }
+};
+
+std::vector<NoiseFit> noise_fits(const Problem& problem, std::span<const NoiseOfBlock> noises,
+                                 const Marginals* marginals, double remaining) {
+  std::vector<NoiseSum> sums;
+  for (const NoiseOfBlock& b : noises) {
+    auto sum = std::find_if(sums.begin(), sums.end(), [&](const NoiseSum& s) { return s.name == b.noise; });
+    if (sum == sums.end()) sum = sums.insert(sum, NoiseSum{b.noise, {}, {}});
+    sum->add(problem, b.block, marginals, remaining);
+  }
+  std::vector<NoiseFit> fits;
+  for (const NoiseSum& sum : sums) fits.push_back(sum.fit());
+  return fits;
+}
+
+/// Returns "12", or "3 to 12" for different rows, the factors by which a noise is too large. Returns an empty string if
+/// none reaches kOversized.
+std::string oversize(const std::vector<double>& rms) {
+  constexpr double kUnknown = 1e3;  // larger factors follow from residuals that are exact
+  double least = kUnknown, most = 0;
+  for (const double r : rms) {
+    const double factor = r > 1 / kUnknown ? 1 / r : kUnknown;
+    if (factor < kOversized) continue;
+    least = std::min(least, factor);
+    most = std::max(most, factor);
+  }
+  if (most == 0) return "";
+  const auto shown = [](double factor) { return text(factor < 10 ? "%.1f" : "%.0f", factor); };
+  const std::string end = (most == kUnknown ? "more than " : "") + shown(most);
+  return most < 1.5 * least ? end : shown(least) + " to " + end;
+}
+
 void keep_worst(std::vector<WorstMeasurement>& all) {
   std::stable_sort(all.begin(), all.end(), [](const WorstMeasurement& a, const WorstMeasurement& b) {
     return std::abs(a.residual) > std::abs(b.residual);
@@ -176,12 +235,39 @@ bool FitReport::consistent() const {
          cost <= expected_cost + std::max(5 * cost_sigma, 0.5 * expected_cost);
 }
 
+bool FitReport::noise_is_far_too_large() const {
+  constexpr double kFewestRows = 20;  // expected cost of 40 rows; the cost of fewer may be small by chance
+  return expected_cost > kFewestRows && cost < kFarTooLarge * expected_cost;
+}
+
+std::string FitReport::oversized_noises() const {
+  std::string found;
+  if (!by_marginals) return found;
+  const auto add = [&found](const std::string& name, const std::vector<double>& rms) {
+    if (const std::string factor = oversize(rms); !factor.empty())
+      found += (found.empty() ? "" : ", ") + name + " by a factor of " + factor;
+  };
+  for (const SensorFit& sensor : sensors) {
+    std::vector<double> rms;
+    for (const ResidualSeries& series : sensor.series)
+      if (!series.t.empty()) rms.push_back(series.rms());
+    add(sensor.name, rms);
+  }
+  for (const NoiseFit& noise : noises) add(noise.name, noise.rms);
+  return found;
+}
+
 std::string FitReport::verdict() const {
   const std::string costs =
       "cost " + text("%.6g", cost) + ", expected " + text("%.6g", expected_cost) + text(" ± %.2g", cost_sigma);
+  const std::string oversized = cost < kGenerous * expected_cost ? oversized_noises() : "";
+  if (consistent() && noise_is_far_too_large())
+    return "NOISE FAR TOO LARGE (" + costs +
+           "). Too large: " + (oversized.empty() ? "the noise of motion or sensors" : oversized) +
+           "; standard deviations and this report say little. Give smaller noise, or fit it with tandem tune.";
   if (consistent())
     return "The data fit the model (" + costs + ")." +
-           (cost < kGenerous * expected_cost ? " Some noise is stated larger than the residuals need." : "");
+           (oversized.empty() ? "" : " Noise that is larger than the residuals need: " + oversized + ".");
   std::string found;
   for (const SensorFit& sensor : sensors)
     if (const std::string misfit = sensor.misfit(); !misfit.empty())
@@ -191,7 +277,8 @@ std::string FitReport::verdict() const {
 }
 
 FitReport fit_report(const Problem& problem, const std::vector<JudgedSensor>& sensors,
-                     std::span<const MeasurementBlock> measurements, const Marginals* marginals) {
+                     std::span<const MeasurementBlock> measurements, const Marginals* marginals,
+                     std::span<const NoiseOfBlock> noises) {
   Expectations expectations;
   const std::vector<Block> soft = soft_blocks(problem);
   CostSum sum;
@@ -200,6 +287,7 @@ FitReport fit_report(const Problem& problem, const std::vector<JudgedSensor>& se
   const double remaining = sum.rows > 0 ? std::max(0.0, 1 - double(unknowns) / sum.rows) : 0;
 
   FitReport report;
+  report.by_marginals = marginals != nullptr;
   report.cost = sum.cost;
   report.expected_cost = remaining * sum.expected;
   report.cost_sigma = std::sqrt(remaining * sum.expected);  // the variance of ½ χ² equals its mean
@@ -219,6 +307,7 @@ FitReport fit_report(const Problem& problem, const std::vector<JudgedSensor>& se
     for (ResidualSeries& series : fit.series) series.sort();
     keep_worst(fit.worst);
   }
+  report.noises = noise_fits(problem, noises, marginals, remaining);
   return report;
 }
 

@@ -27,6 +27,20 @@ struct MeasurementBlock {
   int first = 0;       ///< component of the block's first row
 };
 
+/// A soft block that is no measurement, such as a motion prior, and the name of its noise.
+struct NoiseOfBlock {
+  std::string noise;
+  Block block;
+};
+
+/// Fit of the blocks with one noise, such as that of the motion prior.
+struct NoiseFit {
+  std::string name;
+  /// Root mean square of each row's residuals in expected standard deviations; 1 if the noise is as stated. Without the
+  /// rows that the states absorb.
+  std::vector<double> rms;
+};
+
 /// A measurement and its largest standardised residual.
 struct WorstMeasurement {
   double t;               ///< s
@@ -61,13 +75,23 @@ struct SensorFit {
 
 /// Agreement of a solution with its data and the stated noise. Convergence of a solver does not imply this agreement.
 struct FitReport {
-  double cost = 0;           ///< cost F of the problem
-  double expected_cost = 0;  ///< E[F] if all noises are as stated
-  double cost_sigma = 0;     ///< standard deviation of F in that case
+  double cost = 0;            ///< cost F of the problem
+  double expected_cost = 0;   ///< E[F] if all noises are as stated
+  double cost_sigma = 0;      ///< standard deviation of F in that case
+  bool by_marginals = false;  ///< whether residuals are standardised by their own variances
   std::vector<SensorFit> sensors;
+  std::vector<NoiseFit> noises;  ///< in the order of their first blocks
 
-  /// Returns whether no sensor has a misfit and the cost is within five standard deviations or half of its expectation.
+  /// Returns whether the stated noise is so large that costs, standard deviations and this report say little: the cost
+  /// is below a quarter of its expectation.
+  bool noise_is_far_too_large() const;
+  /// Returns whether no sensor has a misfit and the cost is at most five standard deviations or half above its
+  /// expectation.
   bool consistent() const;
+  /// Returns the noises of sensors and other blocks whose residuals are at most half as large as stated, with the
+  /// factors by which they are too large, or an empty string. Needs marginals: otherwise it is unknown whose residuals
+  /// the states absorb.
+  std::string oversized_noises() const;
   /// Returns the verdict in one sentence for each misfit, or one sentence that states the agreement.
   std::string verdict() const;
 };
@@ -81,9 +105,11 @@ inline constexpr double kDownweightThreshold = 0.5;
 /// equalities and active bounds reduce the unknowns. With a robust loss, each row counts with the expectation of the
 /// loss under the stated noise. Rows without derivative, such as inactive soft bounds, do not count. Residuals are
 /// standardised by their noise minus the part that the states absorb, R − H P Hᵀ. This needs `marginals` of the
-/// problem; without them, the noise is reduced by the average share. Throws Error if a handle is invalid.
+/// problem; without them, the noise is reduced by the average share. `noises` are the blocks of FitReport::noises.
+/// Throws Error if a handle is invalid.
 FitReport fit_report(const Problem& problem, const std::vector<JudgedSensor>& sensors,
-                     std::span<const MeasurementBlock> measurements, const Marginals* marginals = nullptr);
+                     std::span<const MeasurementBlock> measurements, const Marginals* marginals = nullptr,
+                     std::span<const NoiseOfBlock> noises = {});
 
 namespace detail {
 

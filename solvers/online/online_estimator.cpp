@@ -117,6 +117,7 @@ std::optional<RelativeTarget> OnlineEstimator::relative_target(double h) const {
   return streams_->window().relative_target(h);
 }
 OnlineEstimator::Covariance OnlineEstimator::covariance() const { return streams_->window().covariance(); }
+OnlineEstimator::Instant OnlineEstimator::at(double t) const { return streams_->at(t); }
 std::vector<OnlineEstimator::SensorError> OnlineEstimator::sensor_errors() const {
   return streams_->window().sensor_errors();
 }

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include <tandem/problem/navigation/coarse_alignment.hpp>
+#include <tandem/problem/navigation/motion_instant.hpp>
 #include <tandem/problem/tracking/tracking_problem.hpp>
 #include <tandem/solvers/fixed_lag/fixed_lag_options.hpp>
 #include <tandem/solvers/online/motion_hypotheses.hpp>
@@ -150,6 +151,15 @@ class OnlineEstimator {
     Eigen::MatrixXd joint;           ///< joint covariance of [chaser; target]
   };
   Covariance covariance() const;
+
+  /// Chaser and target at an instant.
+  struct Instant {
+    std::optional<MotionInstant> chaser, target;  ///< nothing outside of the keyframes of the window
+  };
+  /// Returns the states at t [s], between two keyframes of the window, by the interpolation of the motion priors
+  /// (TrackingTrajectory, EgoTrajectory), with covariances unless the last update failed. Motion hypotheses do not affect
+  /// them.
+  Instant at(double t) const;
 
   /// The current estimate of a systematic error of a sensor.
   struct SensorError {

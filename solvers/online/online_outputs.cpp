@@ -1,4 +1,4 @@
-#include <algorithm>
+#include <array>
 
 #include <tandem/lie/error.hpp>
 #include <tandem/lie/operations.hpp>
@@ -175,6 +175,33 @@ OnlineEstimator::Covariance OnlineWindow::covariance() const {
         window.target_variable(k));
   });
   return c;
+}
+
+OnlineEstimator::Instant OnlineWindow::at(double t, const std::vector<Stamped<SE3>>& odometry) const try {
+  return at(t, odometry, [this](const Eigen::MatrixXd& J, const auto& ids, const auto& dofs) {
+    return Eigen::MatrixXd(J * lag_.covariance(ids, dofs) * J.transpose());
+  });
+} catch (const NumericalError&) {  // no covariance after a failed update
+  return at(t, odometry, {});
+}
+
+OnlineEstimator::Instant OnlineWindow::at(double t, const std::vector<Stamped<SE3>>& odometry,
+                                          const PropagateCovariance& propagate) const {
+  OnlineEstimator::Instant instant;
+  const auto in_reach = [&](const auto& keyframes) {
+    return keyframes.size() >= 2 && t >= keyframes.front().t && t <= keyframes.back().t;
+  };
+  if (chain_ && in_reach(chain_->keyframes())) {
+    const std::size_t k = interval_at(chain_->keyframes(), t);
+    const std::array around{chain_->keyframes()[k], chain_->keyframes()[k + 1]};
+    instant.chaser = EgoTrajectory(lag_.problem(), around, chain_->imu(), ego_->earth, options_.ego).at(t, propagate);
+  }
+  with_target([&](const auto& window) {
+    if (!in_reach(window.keyframes())) return;
+    instant.target = window.target_at(t, propagate);
+    if (!chain_) instant.chaser = window.chaser_at(t, odometry, propagate);
+  });
+  return instant;
 }
 
 std::vector<OnlineEstimator::SensorError> OnlineWindow::sensor_errors() const {

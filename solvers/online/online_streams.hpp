@@ -64,7 +64,7 @@ class OnlineEstimator::Streams {
     update_output_health();
   }
   std::optional<Alignment> handover_start() const;
-  const std::vector<std::pair<double, double>>& imu_exclusions() const { return imu_exclusions_; }
+  Instant at(double t) const { return window_->at(t, odometry_); }
 
  private:
   using Clock = std::chrono::steady_clock;

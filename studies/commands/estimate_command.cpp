@@ -24,6 +24,7 @@ struct EstimateRequest {
   bool graduated = false, no_covariance = false, tuned = false;
   std::vector<NamedByOption> fit_delay;
   std::function<void(const Problem&)> built;
+  std::vector<double> at;  // s
   Output output;
 };
 
@@ -68,7 +69,8 @@ std::vector<DelayFit> fit_delays(const EstimateRequest& request, const TrackingO
       if (s.name == sensor.name && s.error && s.error->delay_sigma > 0)
         throw Error("--fit-delay " + sensor.name + ": its delay is a systematic error already; remove one of both");
     stop.limit(common(limited));
-    fits.push_back(fit_target_delay(scenario.data, sensor.name, options, limited, request.graduated));
+    fits.push_back(fit_target_delay(scenario.data, sensor.name, options, limited, request.graduated,
+                                    progress_shown(request.output)));
     for (TargetSensor& s : scenario.data.sensors)
       if (s.name == sensor.name) s.delay = fits.back().delay;
   }
@@ -85,8 +87,8 @@ std::string tune_first(const EstimateRequest& request, const CommandOptions& opt
   TuneOptions options = tune_options(option);
   options.stop = Stop(&interrupted(), std::min(kTuningTime, 2.0 / 3 * common(request.solver).time_limit));
   const Scenario given = read_requested_scenario(request.problem.scenario, options.stop);
-  ProgressLine line;
-  if (request.output.shows_progress()) options.progress = [&](const std::string& what) { line.show("tune: " + what); };
+  if (const auto show = progress_shown(request.output))
+    options.progress = [show](const std::string& what) { show("tune: " + what); };
   const StdoutToStderr redirection;
   const Tuning found = tune({given}, options);
   TunedProblem tuned = tuned_problem(found, given);
@@ -113,7 +115,8 @@ int run_estimate(const EstimateRequest& request, const CommandOptions& option) {
   stop.limit(common(solver));
   Estimate result = [&] {
     const WatchedSolve watched(common(solver), request.output);
-    return estimate(scenario, options, solver, request.graduated, navigation, !request.no_covariance, request.built);
+    return estimate(scenario, options, solver, request.graduated, navigation, !request.no_covariance, request.built,
+                    request.at);
   }();
   result.delays = std::move(delays);
 
@@ -158,6 +161,7 @@ Command estimate_command() {
                        {.writes = "Write trajectories, errors, summary.json and plots to DIR",
                         .judges = true,
                         .force = &request->problem.force});
+            add_at(option, request->at, request->output, "chaser_at.csv and target_at.csv");
             return [request, &option] { return run_estimate(*request, option); };
           },
           true,

@@ -73,7 +73,7 @@ int run_navigate(const NavigateRequest& request) {
   study.after = request.after;
   for (const NamedByOption& sensor : request.fit_delay) {  // each fit uses the delays fitted before
     stop.limit(options.solver);
-    study.delays.push_back(fit_delay(data, sensor.name, options));
+    study.delays.push_back(fit_delay(data, sensor.name, options, progress_shown(request.output)));
     set_delay(data, sensor.name, study.delays.back().delay);
   }
   {
@@ -125,6 +125,7 @@ Command navigate_command() {
                    {.writes = "Write trajectory, errors, summary.json and plots to DIR",
                     .judges = true,
                     .force = &request->force});
+        add_at(option, request->own.navigation.at, request->output, "chaser_at.csv");
         option("--after", "SECONDS",
                "Also summarise the errors after the first SECONDS of data [s] (default: only of all data)",
                request->after, parse_non_negative);

@@ -1,9 +1,13 @@
+#include <memory>
+
 #include <fmt/format.h>
 #include <unistd.h>
 
+#include <tandem/lie/error.hpp>
 #include <tandem/studies/commands/command.hpp>
 #include <tandem/studies/commands/output.hpp>
 #include <tandem/studies/support/option_values.hpp>
+#include <tandem/studies/support/stamps.hpp>
 #include <tandem/studies/support/text.hpp>
 
 namespace tandem {
@@ -41,6 +45,16 @@ void add_printing(CommandOptions& option, Output& output, bool shows_progress) {
     option.flag("-v,--verbose", "Show progress even if standard error is not a terminal", output.verbose);
 }
 
+void add_at(CommandOptions& option, std::vector<double>& at, const Output& output, const std::string& files) {
+  option.group("Output");
+  option("--at", "FILE",
+         "Also write the states at the times of FILE [s], one per line or in a column t, to " + files + " in DIR", at,
+         [](const std::string&, const std::string& text) { return read_stamps(text); });
+  option.after_reading([&at, &output] {
+    if (!at.empty() && !output.folder) throw Error("--at needs --out DIR, where it writes the states");
+  });
+}
+
 int finish(const Output& output, const Results& results) {
   std::string note;
   if (output.folder)
@@ -71,6 +85,11 @@ int finish(const Output& output, const Results& results) {
 std::string why_not_converged(const Summary& summary) {
   if (summary.converged()) return "";
   return fmt::format("{} did not converge ({}): {}", summary.solver, name(summary.status), summary.message);
+}
+
+std::function<void(const std::string&)> progress_shown(const Output& output) {
+  if (!output.shows_progress()) return {};
+  return [line = std::make_shared<ProgressLine>()](const std::string& text) { line->show(text); };
 }
 
 WatchedSolve::WatchedSolve(SolverOptions& options, const Output& output, std::string prefix)

@@ -42,6 +42,9 @@ void add_output(CommandOptions& option, Output& output, const OutputOptions& opt
 /// Adds --json, --quiet and, for commands that show progress, --verbose.
 void add_printing(CommandOptions& option, Output& output, bool shows_progress = true);
 
+/// Adds --at, the file of times for chaser_at.csv and target_at.csv. `files` names those that the command writes.
+void add_at(CommandOptions& option, std::vector<double>& at, const Output& output, const std::string& files);
+
 /// The results of a command.
 struct Results {
   bool announces_folder = true;  ///< whether to print the name of the output folder after the tables
@@ -57,6 +60,10 @@ int finish(const Output& output, const Results& results);
 
 /// Returns "gauss-newton did not converge (time-limit): …", or an empty string if the solve converged.
 std::string why_not_converged(const Summary& summary);
+
+/// Returns a function that shows texts in a progress line, until its last copy is destroyed, or an empty function if
+/// `output` shows no progress.
+std::function<void(const std::string&)> progress_shown(const Output& output);
 
 /// Watches a solve during its lifetime: an interrupt ends the solve, a progress line shows its iterations, and the
 /// output of libraries goes to standard error.

@@ -151,6 +151,8 @@ TrackOptions track_options(const TrackRequest& request) {
   options.live_covariance = request.covariance != LineCovariance::off;
   if (options.realtime && request.standard_input)
     throw Error("--realtime and --stdin exclude each other: standard input has its own pace");
+  if (request.snapshot && !options.at.empty())
+    throw Error("--at and --snapshot exclude each other: a snapshot has no states at given times");
   if (request.every && !request.snapshot) throw Error("--every needs --snapshot");
   if (request.every) options.snapshot_every = *request.every;
   return options;
@@ -286,7 +288,8 @@ int run_track(const TrackRequest& request, const CommandOptions& option) {
   if (const FitReport fit = track_fit(result.health); !fit.consistent()) results.misfit = fit.verdict();
   results.announces_folder = !request.json_lines;
   if (request.json_lines) print(track_json_summary_line(result, summary));
-  if (!request.json_lines) results.table = [&] { return "\n" + track_report(result, summary); };
+  if (!request.json_lines)
+    results.table = [&] { return "\n" + track_report(result, summary) + states_at_text(result.at); };
   results.json = [&] { return track_json(result, summary); };
   results.plots_command = "track";
   results.write = [&](const std::filesystem::path& folder) { write_track(result, summary, scenario, options, folder); };
@@ -388,7 +391,8 @@ Command track_command() {
         option("--every", "SECONDS", "Wall-clock time between snapshots [s] (default 10)", request->every,
                parse_positive);
         add_output(option, request->output,
-                   {.writes = "Write filtered trajectories, errors, summary.json and plots to DIR", .judges = true});
+                   {.writes = "Write filtered trajectories, errors, summary.json and plots to DIR"});
+        add_at(option, live.at, request->output, "chaser_at.csv and target_at.csv");
         option.flag("--json-lines", "Print each update as a line of JSON, and finally the summary as another one",
                     request->json_lines);
         option("--rate", "HZ", "With --json-lines: at most HZ lines per second of data [Hz] (default: every update)",

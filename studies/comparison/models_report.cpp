@@ -231,7 +231,7 @@ std::string models_report(const std::string& scenario, const std::vector<ModelRe
     text += fmt::format("… and {} more. All models: --full, or models.csv in --out.\n", results.size() - rows);
   for (const ModelResult& r : results)
     if (!r.why_no_score.empty()) text += fmt::format("{} has no score: {}\n", r.name, r.why_no_score);
-  if (columns.empty()) text += "\nErrors are not available, because the scenario has no truth.\n";
+  if (columns.empty()) text += "\nErrors are not available: they need the truth of both chaser and target.\n";
   if (scored)
     text +=
         "\nThe log likelihood is relative to the best model, ± its standard error. Costs of different models are not "

@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <cmath>
 
 #include <fmt/format.h>
 
@@ -8,11 +9,13 @@
 #include <tandem/problem/tracking/tracking_initial_guess.hpp>
 #include <tandem/solvers/heading_search/solve_tracking.hpp>
 #include <tandem/studies/estimation/estimate.hpp>
+#include <tandem/studies/estimation/estimate_at.hpp>
 #include <tandem/studies/estimation/overhead_fixes.hpp>
 #include <tandem/studies/estimation/target_constraints.hpp>
 #include <tandem/studies/estimation/turned_detections.hpp>
 #include <tandem/studies/fit/judged_measurements.hpp>
 #include <tandem/studies/navigation/navigated_scenario.hpp>
+#include <tandem/studies/support/units.hpp>
 
 namespace tandem {
 namespace {
@@ -48,16 +51,20 @@ std::vector<MeasurementOutcome> outcomes_with_all(Scenario scenario, const Track
 }
 
 void add_uncertainty(const Scenario& scenario, const Solver& solver, bool graduated, const Stop& stop,
-                     const JudgedMeasurements& judged, TrackingProblem& tracking, Estimate& result) {
+                     const JudgedMeasurements& judged, const std::vector<double>& at, TrackingProblem& tracking,
+                     Estimate& result) {
   if (!result.summary.converged()) {
     result.why_no_uncertainty = "the solve did not converge";
     return;
   }
   Uncertainty found;
   try {
-    const Marginals marginals(tracking.problem, pairs_at_keyframes(tracking), stop);
+    std::vector<Marginals::Pair> pairs = pairs_at_keyframes(tracking);
+    add_pairs_at(at, tracking, scenario.data, result.options, pairs);
+    const Marginals marginals(tracking.problem, pairs, stop);
     found = uncertainty(tracking, scenario.data, marginals, stop);
-    result.fit = fit_report(tracking.problem, judged.sensors, judged.blocks, &marginals);
+    result.at = states_at(at, tracking, scenario.data, result.options, &marginals, stop);
+    result.fit = fit_report(tracking.problem, judged.sensors, judged.blocks, &marginals, judged.noises);
   } catch (const Error& error) {
     result.why_no_uncertainty = error.what();
     if (dynamic_cast<const Stopped*>(&error)) result.cut_short = error.what();
@@ -87,13 +94,13 @@ void add_uncertainty(const Scenario& scenario, const Solver& solver, bool gradua
 
 Estimate navigate_and_estimate(const Scenario& scenario, const TrackingOptions& options, const Solver& solver,
                                bool graduated, NavigationOptions navigation, bool covariance,
-                               const std::function<void(const Problem&)>& built) {
+                               const std::function<void(const Problem&)>& built, const std::vector<double>& at) {
   const Stop stop(common(solver));
   stop.limit(navigation.solver);
   NavigatedScenario with_chaser = navigated(scenario, navigation);
   Solver limited = solver;
   stop.limit(common(limited));
-  Estimate result = estimate(with_chaser.scenario, options, limited, graduated, {}, covariance, built);
+  Estimate result = estimate(with_chaser.scenario, options, limited, graduated, {}, covariance, built, at);
   result.findings.insert(result.findings.begin(), with_chaser.findings.begin(), with_chaser.findings.end());
   return result;
 }
@@ -151,6 +158,30 @@ std::string contradiction(const TrackingData& data, TrackingOptions options, con
   return "";
 }
 
+/// Returns Estimate::unmeasured_orientation.
+std::string unmeasured_orientation(const TrackingData& data, const Estimate& result) {
+  const auto measures_it = [&](const TargetSensor& sensor) {
+    return !sensor.measurements.empty() &&
+           (sensor.type->has(measured::rotation) || !sensor.marker.translation().isZero());
+  };
+  const bool has_orientation =
+      std::any_of(result.target.begin(), result.target.end(), [](const TargetState& x) { return x.rotation; });
+  if (!has_orientation || std::any_of(data.sensors.begin(), data.sensors.end(), measures_it)) return "";
+  std::vector<double> sigmas;
+  for (const KeyframeUncertainty& u : result.uncertainty)
+    if (u.target.rows() == 6) sigmas.push_back(std::sqrt(u.target(5, 5)) * kDegrees);
+  std::string spread;
+  if (!sigmas.empty()) {
+    const auto middle = sigmas.begin() + std::ptrdiff_t(sigmas.size() / 2);
+    std::nth_element(sigmas.begin(), middle, sigmas.end());
+    spread = fmt::format(" (median standard deviation of the heading: {:.3g}°)", *middle);
+  }
+  return fmt::format(
+      "No sensor measures the orientation of the target, so it is a guess from its course{}; --mode B estimates "
+      "points.",
+      spread);
+}
+
 }  // namespace
 
 std::string SuspectedOutlier::text() const {
@@ -160,9 +191,9 @@ std::string SuspectedOutlier::text() const {
 
 Estimate estimate(const Scenario& scenario, const TrackingOptions& options, const Solver& solver, bool graduated,
                   const NavigationOptions& navigation, bool covariance,
-                  const std::function<void(const Problem&)>& built) {
+                  const std::function<void(const Problem&)>& built, const std::vector<double>& at) {
   if (needs_navigation(scenario))
-    return navigate_and_estimate(scenario, options, solver, graduated, navigation, covariance, built);
+    return navigate_and_estimate(scenario, options, solver, graduated, navigation, covariance, built, at);
   const Stop stop(common(solver));
   TrackingProblem tracking = make_tracking_problem(scenario.data, options, stop.with_grace());
   const Problem& problem = tracking.problem;
@@ -191,6 +222,9 @@ Estimate estimate(const Scenario& scenario, const TrackingOptions& options, cons
   for (const TwistVariable& twist : tracking.twist)
     result.target_twist.push_back(std::visit([&](const auto& x) { return twist_in_space(problem.value(x)); }, twist));
   result.errors = keyframe_errors(scenario, tracking.keyframes, result.chaser, result.target);
+  const bool compared = summarise(result.errors).compared > 0;
+  result.missing_truth = missing_truth(scenario, compared);
+  if (!compared) result.target_error_in_world = target_error_in_world(scenario, tracking.keyframes, result.target);
   result.measurements = measurement_outcomes(scenario, tracking);
   result.sensors = sensor_outcomes(scenario, options, tracking, result.measurements);
   try {
@@ -202,10 +236,13 @@ Estimate estimate(const Scenario& scenario, const TrackingOptions& options, cons
   result.constants = systematic_error_estimates(problem, tracking.constants, nullptr);
   const JudgedMeasurements judged = judged_measurements(scenario, tracking);
   if (covariance)
-    add_uncertainty(scenario, solver, graduated, stop, judged, tracking, result);
+    add_uncertainty(scenario, solver, graduated, stop, judged, at, tracking, result);
   else
     result.why_no_uncertainty = "not requested";
-  if (result.fit.sensors.empty()) result.fit = fit_report(problem, judged.sensors, judged.blocks);
+  result.unmeasured_orientation = unmeasured_orientation(scenario.data, result);
+  if (result.uncertainty.empty()) result.at = states_at(at, tracking, scenario.data, options, nullptr);
+  if (result.fit.sensors.empty())
+    result.fit = fit_report(problem, judged.sensors, judged.blocks, nullptr, judged.noises);
   result.causes = likely_causes(scenario, options, result.fit, stop);
   add_ego(scenario.data, tracking, result);
   result.keyframes = std::move(tracking.keyframes);

@@ -12,6 +12,7 @@
 #include <tandem/studies/navigation/fit_delay.hpp>
 #include <tandem/studies/navigation/navigate.hpp>
 #include <tandem/studies/scenario/scenario.hpp>
+#include <tandem/studies/scenario/states_at.hpp>
 #include <tandem/studies/support/solver_choice.hpp>
 
 namespace tandem {
@@ -67,7 +68,12 @@ struct Estimate {
   std::vector<SystematicErrorEstimate> constants;  ///< systematic errors of sensors
   std::vector<NavigationFinding> findings;         ///< problems found in the data
   std::vector<DelayFit> delays;                    ///< fitted delays, if the caller fits them
-  std::string contradiction;                       ///< warning if motion limits contradict the data, or empty
+  std::vector<StateAt> at;                         ///< states at the requested instants, in their order
+  std::string missing_truth;                       ///< missing_truth() of the scenario
+  std::optional<MeanStd> target_error_in_world{};  ///< without errors relative to the chaser [m]
+  /// A sentence if the target has an orientation that no sensor measures, else empty.
+  std::string unmeasured_orientation;
+  std::string contradiction;  ///< warning if motion limits contradict the data, or empty
 
   // Only if the chaser moves by its own sensors:
   std::vector<EgoSensorUse> ego_sensors;
@@ -81,12 +87,12 @@ struct Estimate {
 /// jointly with the target. `graduated` selects graduated non-convexity (solvers/graduated.hpp). If measurements are
 /// held out and losses are robust, a second solve with all measurements finds the inliers. `covariance` requests the
 /// uncertainty. The solver's time limit covers all steps; `cut_short` names those that it prevented. `built` is called
-/// with the problem before it is solved.
+/// with the problem before it is solved. `at` are the times [s] of Estimate::at.
 ///
 /// Throws Error if data and options give no valid problem or the solver does not support it. A solve that does not
 /// converge is not an error; see `summary`.
 Estimate estimate(const Scenario& scenario, const TrackingOptions& options, const Solver& solver,
                   bool graduated = false, const NavigationOptions& navigation = {}, bool covariance = true,
-                  const std::function<void(const Problem&)>& built = {});
+                  const std::function<void(const Problem&)>& built = {}, const std::vector<double>& at = {});
 
 }  // namespace tandem

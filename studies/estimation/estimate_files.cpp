@@ -245,16 +245,16 @@ std::vector<ErrorRow> csv_error_rows(const Estimate& estimate) {
   return rows;
 }
 
-/// Returns the true poses at the keyframes that the truth covers.
+/// Returns the true poses at the keyframes that the truth covers; an empty text if it covers none.
 std::string truth_tum(const Estimate& estimate, const Scenario& scenario, const Body& body) {
-  std::string text = tum_header;
+  std::string text;
   for (const Keyframe& keyframe : estimate.keyframes)
     if (const auto pose = pose_at(body.truth, keyframe.t)) {
       const SE3 truth = estimate.frame.world(*pose);
       text += tum_row(keyframe.t, truth.translation(),
                       scenario.truth_orientation ? std::optional(truth.rotation()) : std::nullopt);
     }
-  return text;
+  return text.empty() ? text : tum_header + text;
 }
 
 void write_body(const Estimate& estimate, const Scenario& scenario, const Body& body,
@@ -268,7 +268,8 @@ void write_body(const Estimate& estimate, const Scenario& scenario, const Body& 
   }
   write_file(folder / (who + ".tum"), tum);
   write_file(folder / (who + "_full.csv"), csv);
-  if (!body.truth.empty()) write_file(folder / (who + "_truth.tum"), truth_tum(estimate, scenario, body));
+  if (const std::string truth = truth_tum(estimate, scenario, body); !truth.empty())
+    write_file(folder / (who + "_truth.tum"), truth);
 }
 
 }  // namespace
@@ -287,6 +288,7 @@ void write_results(const Estimate& estimate, const Scenario& scenario, const std
   write_file(folder / "target_fixes.csv", fix_columns().text(fix_rows(estimate, scenario)));
   write_file(folder / "weights.csv", weight_columns().text(weight_rows(estimate)));
   write_fit(estimate.fit, folder);
+  if (!estimate.at.empty()) write_states_at(estimate.at, estimate.frame, true, folder);
   if (!estimate.held_out.empty()) {
     Eigen::Index rows = 0;
     for (const Validation& v : estimate.held_out) rows = std::max(rows, v.prediction.r.size());
@@ -302,7 +304,8 @@ std::vector<FileDescription> estimate_file_columns() {
           fix_columns().describe("target_fixes.csv"),
           weight_columns().describe("weights.csv"),
           fit_file_columns(),
-          held_out_columns(6).describe("held_out.csv")};
+          held_out_columns(6).describe("held_out.csv"),
+          states_at_columns(true)};
 }
 
 }  // namespace tandem

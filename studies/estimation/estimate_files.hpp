@@ -15,6 +15,7 @@ namespace tandem {
 ///   errors.csv, weights.csv              errors and 3σ bounds, down-weighted measurements
 ///   fit_residuals.csv                    see write_fit()
 ///   held_out.csv                         if measurements were held out
+///   chaser_at.csv, target_at.csv         see write_states_at(); if times were requested
 ///   summary.json                         see summary_json()
 ///   target_fixes.csv, *_truth.tum        for plots; *_truth.tum only if the scenario has truth
 void write_results(const Estimate& estimate, const Scenario& scenario, const std::filesystem::path& folder);

@@ -145,6 +145,13 @@ JsonFields<Estimate> estimate_fields() {
                 cause_fields(), [](const E& e) -> const std::vector<LikelyCause>& { return e.causes; })
       .add_list("suspects", "suspected outliers, worst first", suspect_fields(),
                 [](const E& e) -> const std::vector<SuspectedOutlier>& { return e.suspects; })
+      .add("unmeasured_orientation", "a sentence if the target has an orientation that no sensor measures",
+           [](const E& e) { return if_given(e.unmeasured_orientation); })
+      .add("target_error_in_world_m",
+           "mean distance of the target from its truth in the world, if only the target has a truth [m]",
+           [](const E& e) {
+             return e.target_error_in_world ? std::optional(e.target_error_in_world->mean) : std::nullopt;
+           })
       .add("contradiction", "warning that motion limits contradict the data",
            [](const E& e) { return if_given(e.contradiction); })
       .add("overconfident_nees", "mean NEES of the relative position, if it is above 27; 3 if consistent",

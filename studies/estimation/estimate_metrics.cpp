@@ -60,6 +60,24 @@ std::optional<MeanStd> Moments::spread() const {
   return MeanStd{mean_, std::sqrt(squares_ / n_), n_};
 }
 
+std::string missing_truth(const Scenario& scenario, bool compared) {
+  const bool chaser = !scenario.truth_chaser.empty(), target = !scenario.truth_target.empty();
+  if (compared) return "";
+  if (chaser && target) return "Errors are not available, because the truth covers none of the keyframes.";
+  if (!chaser && !target) return "Errors are not available, because the scenario has no truth.";
+  return std::string("Errors relative to the chaser are not available, because the scenario has the truth of the ") +
+         (target ? "target only (no truth_chaser.tum)." : "chaser only (no truth_target.tum).");
+}
+
+std::optional<MeanStd> target_error_in_world(const Scenario& scenario, const std::vector<Keyframe>& keyframes,
+                                             const std::vector<TargetState>& target) {
+  Moments distances;
+  for (std::size_t k = 0; k < keyframes.size(); ++k)
+    if (const auto truth = pose_at(scenario.truth_target, keyframes[k].t))
+      distances.add((target[k].position - truth->translation()).norm());
+  return distances.spread();
+}
+
 ErrorSummary summarise(const std::vector<KeyframeError>& errors, std::optional<KeyframeType> type) {
   ErrorSummary summary;
   Moments position, orientation, raw_position, raw_orientation;

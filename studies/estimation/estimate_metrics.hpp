@@ -1,6 +1,7 @@
 #pragma once
 
 #include <optional>
+#include <string>
 #include <vector>
 
 #include <tandem/studies/scenario/scenario.hpp>
@@ -51,6 +52,15 @@ class Moments {
   int n_ = 0;
   double mean_ = 0.0, squares_ = 0.0;
 };
+
+/// Returns a sentence that says which truth is missing for errors of the target relative to the chaser. `compared` is
+/// whether any keyframe has such an error; the text is then empty.
+std::string missing_truth(const Scenario& scenario, bool compared);
+
+/// Returns the distances between the target and its truth in the world [m] at the keyframes that the truth covers.
+/// Unlike KeyframeError, they include the errors of the chaser.
+std::optional<MeanStd> target_error_in_world(const Scenario& scenario, const std::vector<Keyframe>& keyframes,
+                                             const std::vector<TargetState>& target);
 
 /// Errors at one type of keyframe: a row of the paper's Table I.
 struct ErrorSummary {

@@ -102,7 +102,12 @@ std::string warnings(const Estimate& estimate) {
   std::string text;
   for (std::size_t i = 0; i < std::min(kMaxSuspects, suspects.size()); ++i) text += suspects[i].text() + ".\n";
   if (suspects.size() > kMaxSuspects) text += fmt::format("… and {} more.\n", suspects.size() - kMaxSuspects);
-  if (!suspects.empty() && !estimate.options.robust_initial_guess) text += "If these are outliers, use --robust.\n";
+  const auto has_loss = [&](const SuspectedOutlier& suspect) {
+    return std::any_of(estimate.sensors.begin(), estimate.sensors.end(),
+                       [&](const SensorOutcome& s) { return s.name == suspect.sensor && s.robust; });
+  };
+  if (!std::all_of(suspects.begin(), suspects.end(), has_loss) && !estimate.options.robust_initial_guess)
+    text += "If these are outliers, use --robust.\n";
   if (!estimate.contradiction.empty()) text += estimate.contradiction + "\n";
   if (const auto nees = overconfident_nees(estimate))
     text += fmt::format(
@@ -176,9 +181,14 @@ std::string report(const Estimate& estimate) {
   }
   const ErrorSummary all = summarise(estimate.errors);
   if (all.compared == 0)
-    text += "Errors are not available, because the scenario has no truth.\n";
+    text += estimate.missing_truth + "\n";
   else if (all.compared < all.n)
     text += fmt::format("The truth covers {} of the {} keyframes.\n", all.compared, all.n);
+  if (const auto& error = estimate.target_error_in_world)
+    text += fmt::format(
+        "Position of the target in the world, against its truth: error {:.3f} ± {:.3f} m at {} keyframes.\n",
+        error->mean, error->std, error->n);
+  if (!estimate.unmeasured_orientation.empty()) text += estimate.unmeasured_orientation + "\n";
   text += sensor_table(estimate) + coverage_table(estimate) + ego_lines(estimate);
   for (const DelayFit& fit : estimate.delays) text += "\n" + tandem::text(fit);
   if (const std::string constants = systematic_errors_text(estimate.constants); !constants.empty())
@@ -187,7 +197,7 @@ std::string report(const Estimate& estimate) {
   for (const LikelyCause& cause : estimate.causes)
     text += fmt::format("Likely cause: {}: {} (cost of the first part {:.6g}, without this change {:.6g}).\n",
                         cause.sensor, cause.text, cause.after, cause.before);
-  text += warnings(estimate);
+  text += warnings(estimate) + states_at_text(estimate.at);
   if (!estimate.why_no_uncertainty.empty()) text += fmt::format("\nNo covariances: {}\n", estimate.why_no_uncertainty);
   return text;
 }

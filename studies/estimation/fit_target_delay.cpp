@@ -91,7 +91,7 @@ TargetSensor& target_sensor(TrackingData& data, const std::string& name) {
 }  // namespace
 
 DelayFit fit_target_delay(const TrackingData& data, const std::string& sensor, const TrackingOptions& options,
-                          const Solver& solver, bool graduated) {
+                          const Solver& solver, bool graduated, const DelayFitProgress& progress) {
   TrackingData tried = data;
   TargetSensor& of = target_sensor(tried, sensor);
   const double given = of.delay, from = data.odometry.front().t + 1e-3 * kLongest, to = data.odometry.back().t;
@@ -102,10 +102,12 @@ DelayFit fit_target_delay(const TrackingData& data, const std::string& sensor, c
   const Stop stop(common(solver));
   const std::string what = "fitting the delay of " + sensor;
   Solver limited = solver;
+  int solves = 0;
   DelayFit fit = lowest_of_profile(given, [&](int ms) {
     stop.check(what);
     stop.limit(common(limited));
     of.delay = 1e-3 * ms;
+    report_delay_solve(progress, sensor, ++solves, of.delay);
     TrackingProblem tracking = make_tracking_problem(tried, options, stop);
     const Summary summary = std::visit(
         [&](const auto& own) {

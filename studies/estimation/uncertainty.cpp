@@ -87,7 +87,17 @@ KeyframeUncertainty at_keyframe(const SE3& chaser, const TargetState& target, co
   return u;
 }
 
-/// Gives an infinite variance to the components of a position that change along `sight`.
+/// Replaces variances of positions by infinity if only the direction of the line of sight is known (in the world).
+void add_unknown_range(const SE3& chaser, const TargetState& target, const Vector<3>& sight, KeyframeUncertainty& u) {
+  tandem::add_unknown_range(target.rotation ? Vector<3>(target.rotation->inverse().act(sight)) : sight, u.target);
+  Eigen::MatrixXd relative = u.relative_position;
+  tandem::add_unknown_range(chaser.rotation().inverse().act(sight), relative);
+  u.relative_position = relative;
+  u.cross.resize(0, 0);
+}
+
+}  // namespace
+
 void add_unknown_range(const Vector<3>& sight, Eigen::Ref<Eigen::MatrixXd> covariance) {
   constexpr double kRounding = 1e-9;
   for (Eigen::Index i = 0; i < 3; ++i) {
@@ -97,17 +107,6 @@ void add_unknown_range(const Vector<3>& sight, Eigen::Ref<Eigen::MatrixXd> covar
     covariance(i, i) = HUGE_VAL;
   }
 }
-
-/// Replaces variances of positions by infinity if only the direction of the line of sight is known (in the world).
-void add_unknown_range(const SE3& chaser, const TargetState& target, const Vector<3>& sight, KeyframeUncertainty& u) {
-  add_unknown_range(target.rotation ? Vector<3>(target.rotation->inverse().act(sight)) : sight, u.target);
-  Eigen::MatrixXd relative = u.relative_position;
-  add_unknown_range(chaser.rotation().inverse().act(sight), relative);
-  u.relative_position = relative;
-  u.cross.resize(0, 0);
-}
-
-}  // namespace
 
 bool HeldOut::row_inside(Eigen::Index i) const {
   return std::abs(r[i]) <= normal_quantile(0.975) * std::sqrt(covariance(i, i));

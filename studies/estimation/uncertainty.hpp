@@ -54,6 +54,10 @@ struct Uncertainty {
 /// the variables of each held-out measurement.
 std::vector<Marginals::Pair> pairs_at_keyframes(const TrackingProblem& tracking);
 
+/// Gives infinite variances to the components of a position that change along `sight`, which is in the same axes, if
+/// only the direction of the line of sight is known. The position is at the start of the covariance.
+void add_unknown_range(const Vector<3>& sight, Eigen::Ref<Eigen::MatrixXd> covariance);
+
 /// Computes the posterior uncertainty at the problem's current values from its marginals for pairs_at_keyframes().
 /// Unobservable directions have infinite variances. Throws Stopped if `stop` requests it.
 Uncertainty uncertainty(TrackingProblem& tracking, const TrackingData& data, const Marginals& marginals,

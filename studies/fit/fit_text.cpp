@@ -85,9 +85,13 @@ JsonFields<FitReport> fit_fields() {
           .add("misfit", "how the residuals contradict the stated noise; empty if they do not",
                [](const SensorFit& s) { return s.misfit(); });
   return JsonFields<FitReport>()
-      .add("consistent", "whether cost and residuals agree with the stated noise",
+      .add("consistent", "whether no residual and no cost exceeds what the stated noise explains",
            [](const FitReport& f) { return f.consistent(); })
       .add("verdict", "the verdict in words", [](const FitReport& f) { return f.verdict(); })
+      .add("noise_far_too_large", "whether the cost is below a quarter of its expectation, so that the fit says little",
+           [](const FitReport& f) { return f.noise_is_far_too_large(); })
+      .add("oversized", "noises that are too large for the residuals, with the factors; empty if none is",
+           [](const FitReport& f) { return f.oversized_noises(); })
       .add("cost", "cost of the problem", [](const FitReport& f) { return f.cost; })
       .add("expected_cost", "expected cost if the noise is as stated",
            [](const FitReport& f) { return f.expected_cost; })

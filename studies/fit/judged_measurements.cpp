@@ -47,6 +47,10 @@ Components ego_components(const EgoSensor& sensor) {
   return point_components(false);
 }
 
+/// Entries of TrackingNoise that belong to motion, not to constraints.
+constexpr std::array<std::string_view, 4> kMotionNoises = {"odometry", "constant_twist", "constant_velocity",
+                                                           "acceleration"};
+
 JudgedMeasurements judged_measurements(const Scenario& scenario, const TrackingProblem& built) {
   JudgedMeasurements judged;
   for (const TargetSensor& sensor : scenario.data.sensors)
@@ -58,6 +62,9 @@ JudgedMeasurements judged_measurements(const Scenario& scenario, const TrackingP
     if (m.orientation) judged.blocks.push_back({m.sensor, t, *m.orientation, rotation});
     if (!m.block && !m.orientation && !m.innovation) judged.sensors[m.sensor].rejected.push_back(t);
   }
+  for (const NoiseBlock& noised : built.noise_blocks)
+    if (std::find(kMotionNoises.begin(), kMotionNoises.end(), noised.noise) != kMotionNoises.end())
+      judged.noises.push_back({noised.noise, noised.block});
   if (scenario.data.ego)
     add_own_sensors(scenario.data.ego->data, built.ego_measurements, scenario.frame.is_ned(), judged);
   return judged;

@@ -29,6 +29,7 @@ Components ego_components(const EgoSensor& sensor);
 struct JudgedMeasurements {
   std::vector<JudgedSensor> sensors;
   std::vector<MeasurementBlock> blocks;
+  std::vector<NoiseOfBlock> noises;  ///< motion of the target and odometry
 };
 /// Returns the target's sensors, then the chaser's own sensors if they are part of the problem.
 JudgedMeasurements judged_measurements(const Scenario& scenario, const TrackingProblem& built);

@@ -71,6 +71,10 @@ void set_delay(NavigationData& data, const std::string& sensor, double delay) {
     data.imu->set_delay(delay);
 }
 
+void report_delay_solve(const DelayFitProgress& progress, const std::string& sensor, int solve, double delay) {
+  if (progress) progress(fmt::format("delay of {}: solve {}, at {:.3f} s", sensor, solve, delay));
+}
+
 std::string text(const DelayFit& fit) {
   return fmt::format(
       "Delay of {} by maximum likelihood: {:.3f}{} s (cost {:.2f}, with the given delay {:.2f}; {} solves).\n",
@@ -78,7 +82,8 @@ std::string text(const DelayFit& fit) {
       fit.solves);
 }
 
-DelayFit fit_delay(const NavigationData& data, const std::string& sensor, const NavigationOptions& options) {
+DelayFit fit_delay(const NavigationData& data, const std::string& sensor, const NavigationOptions& options,
+                   const DelayFitProgress& progress) {
   NavigationData tried = data;
   const bool of_imu = is_imu(data, sensor);
   const DelayGrid grid = of_imu ? kImuGrid : kSensorGrid;
@@ -94,7 +99,7 @@ DelayFit fit_delay(const NavigationData& data, const std::string& sensor, const 
     stop.check(what);
     stop.limit(own.solver);
     set_delay(tried, sensor, delay);
-    ++fit.solves;
+    report_delay_solve(progress, sensor, ++fit.solves, delay);
     return navigate(tried, own);
   };
   const double origin = of_imu ? before : 0.0;  // origin of the grid

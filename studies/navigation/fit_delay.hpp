@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <optional>
 #include <string>
 
@@ -18,6 +19,11 @@ struct DelayFit {
   int solves = 0;  ///< number of solves
 };
 
+/// Receives "delay of usbl: solve 7, at 0.400 s" before each solve of a fit.
+using DelayFitProgress = std::function<void(const std::string&)>;
+/// Calls `progress`, if it is set, before solve number `solve` [from 1] with this delay [s].
+void report_delay_solve(const DelayFitProgress& progress, const std::string& sensor, int solve, double delay);
+
 /// Returns a sentence about the result, for a report.
 std::string text(const DelayFit& fit);
 
@@ -27,7 +33,8 @@ std::string text(const DelayFit& fit);
 /// All delays are compared on the same measurements; those that some delay shifts out of the recording are discarded.
 /// Throws Error like navigate(), and if there is no such sensor. Throws Stopped at the solver's time limit, which
 /// covers all navigations.
-DelayFit fit_delay(const NavigationData& data, const std::string& sensor, const NavigationOptions& options = {});
+DelayFit fit_delay(const NavigationData& data, const std::string& sensor, const NavigationOptions& options = {},
+                   const DelayFitProgress& progress = {});
 
 /// Sets the delay of one of the chaser's own sensors or of the IMU [s].
 void set_delay(NavigationData& data, const std::string& sensor, double delay);

@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include <tandem/lie/error.hpp>
+#include <tandem/problem/navigation/ego_trajectory.hpp>
 #include <tandem/problem/stop.hpp>
 #include <tandem/solvers/marginals.hpp>
 #include <tandem/solvers/online/heading_alignment.hpp>
@@ -102,13 +103,37 @@ void add_constants(const NavigationProblem& built, const NavigationData& placed,
         c.value += placed.sensors[i].delay - result.data.sensors[i].delay;
 }
 
+/// Adds the states at the requested times, with covariances unless `marginals` is null.
+void add_states_at(const std::vector<double>& times, const NavigationProblem& built, const NavigationData& data,
+                   const EgoOptions& options, const Marginals* marginals, Navigation& result) {
+  result.at.clear();
+  if (times.empty()) return;
+  std::optional<ImuRecord> imu;
+  if (data.imu) {
+    imu.emplace(*data.imu);
+    for (const ImuSample& sample : data.imu->samples) imu->add(sample);
+  }
+  PropagateCovariance propagate;
+  if (marginals)
+    propagate = [&](const Eigen::MatrixXd& J, const std::vector<int>& ids, const std::vector<int>& dofs) {
+      return marginals->propagated(J, ids, dofs);
+    };
+  const EgoTrajectory trajectory(built.problem, built.keyframes, imu ? &*imu : nullptr, data.earth, options);
+  for (const double t : times) {
+    StateAt& state = result.at.emplace_back(StateAt{.t = t});
+    state.note = why_outside(t, built.keyframes.front().t, built.keyframes.back().t);
+    if (state.note.empty()) state.chaser = trajectory.at(t, propagate);
+  }
+}
+
 void add_covariance(NavigationProblem& built, const NavigationData& placed, const JudgedMeasurements& judged,
-                    const Stop& stop, Navigation& result) {
+                    const NavigationOptions& options, const Stop& stop, Navigation& result) {
   try {
     const Marginals marginals(built.problem, {}, stop);
     add_constants(built, placed, &marginals, result);
     result.fit = fit_report(built.problem, judged.sensors, judged.blocks, &marginals);
     for (const EgoKeyframe& k : built.keyframes) result.covariance.push_back(ego_covariance(marginals, k));
+    add_states_at(options.at, built, placed, options.ego, &marginals, result);
   } catch (const Error& error) {
     result.covariance.clear();
     result.why_no_covariance = error.what();
@@ -183,8 +208,9 @@ Navigation navigate(const NavigationData& data, const NavigationOptions& options
     if (!options.covariance)
       result.why_no_covariance = "not requested";
     else if (result.summary.converged())
-      add_covariance(built, placed, judged, stop, result);
+      add_covariance(built, placed, judged, options, stop, result);
     if (result.fit.sensors.empty()) result.fit = fit_report(built.problem, judged.sensors, judged.blocks);
+    if (result.covariance.empty()) add_states_at(options.at, built, placed, options.ego, nullptr, result);
     result.seconds = clock();
     return result;
   }

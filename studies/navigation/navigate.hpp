@@ -12,6 +12,7 @@
 #include <tandem/studies/navigation/ego_covariance.hpp>
 #include <tandem/studies/navigation/systematic_error_estimates.hpp>
 #include <tandem/studies/scenario/scenario.hpp>
+#include <tandem/studies/scenario/states_at.hpp>
 
 namespace tandem {
 
@@ -34,6 +35,7 @@ struct Navigation {
   std::vector<double> weight;                      ///< Weight by the robust loss, of each entry of `placed`.
   std::vector<std::size_t> discarded;              ///< Number of discarded measurements of each sensor.
   std::vector<std::pair<double, double>> splits;   ///< Gaps of the IMU: begin, end [s].
+  std::vector<StateAt> at;                         ///< States at NavigationOptions::at, in their order.
   double alignment_seconds = 0, seconds = 0;       ///< Computing time until the initial guess, and in total.
 };
 
@@ -49,6 +51,7 @@ struct NavigationOptions {
   bool vibration = false;
   /// Leaves out measurements that contradict the others (GrossErrors).
   bool reject_gross_errors = true;
+  std::vector<double> at{};  ///< Times of Navigation::at [s].
   /// Called with the batch problem before each solve. Problems differ in delays and in the biases of the
   /// preintegration.
   std::function<void(const Problem&)> built{};

@@ -176,7 +176,7 @@ CsvTable<GpsOutage> outage_columns() {
 /// orientation is used to subtract the lever arm.
 std::string truth_tum(const NavigationStudy& study) {
   const NavigationComparison& comparison = study.comparison;
-  std::string text = tum_header;
+  std::string text;
   for (const auto& [t, state] : study.navigation.states) {
     auto pose = pose_at(study.scenario.truth_chaser, t);
     if (!pose) continue;
@@ -186,7 +186,7 @@ std::string truth_tum(const NavigationStudy& study) {
     text += tum_row(t, truth.translation(),
                     study.scenario.truth_orientation ? std::optional(truth.rotation()) : std::nullopt);
   }
-  return text;
+  return text.empty() ? text : tum_header + text;
 }
 
 }  // namespace
@@ -206,16 +206,21 @@ void write_navigation(const NavigationStudy& study, const std::filesystem::path&
   write_file(folder / "errors.csv", error_columns().text(errors));
   write_file(folder / "weights.csv", weight_columns().text(weight_rows(study.navigation)));
   write_fit(study.navigation.fit, folder);
+  if (!study.navigation.at.empty()) write_states_at(study.navigation.at, study.scenario.frame, false, folder);
   write_file(folder / "chaser_fixes.csv", fix_columns().text(fix_rows(study)));
   write_file(folder / "gps_outages.csv", outage_columns().text(study.comparison.outages));
-  if (!study.scenario.truth_chaser.empty()) write_file(folder / "chaser_truth.tum", truth_tum(study));
+  if (const std::string truth = truth_tum(study); !truth.empty()) write_file(folder / "chaser_truth.tum", truth);
   write_file(folder / "summary.json", navigation_json(study));
 }
 
 std::vector<FileDescription> navigation_file_columns() {
-  return {state_columns().describe("chaser_full.csv"), error_columns().describe("errors.csv"),
-          weight_columns().describe("weights.csv"),    fit_file_columns(),
-          fix_columns().describe("chaser_fixes.csv"),  outage_columns().describe("gps_outages.csv")};
+  return {state_columns().describe("chaser_full.csv"),
+          error_columns().describe("errors.csv"),
+          weight_columns().describe("weights.csv"),
+          fit_file_columns(),
+          fix_columns().describe("chaser_fixes.csv"),
+          outage_columns().describe("gps_outages.csv"),
+          states_at_columns(false)};
 }
 
 }  // namespace tandem

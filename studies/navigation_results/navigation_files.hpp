@@ -14,6 +14,7 @@ namespace tandem {
 ///   chaser_full.csv                      trajectory with velocities, biases and covariances
 ///   errors.csv, weights.csv              errors and 3σ bounds, down-weighted measurements
 ///   fit_residuals.csv                    see write_fit()
+///   chaser_at.csv                        see write_states_at(); if times were requested
 ///   summary.json                         see navigation_json()
 ///   chaser_fixes.csv, gps_outages.csv, chaser_truth.tum   for plots
 void write_navigation(const NavigationStudy& study, const std::filesystem::path& folder);

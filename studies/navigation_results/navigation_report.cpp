@@ -49,7 +49,10 @@ std::string sensor_table(const Navigation& navigation) {
 /// Returns a table of the errors' means, root mean squares and maxima, and of their values at the end.
 std::string error_table(const NavigationStudy& study) {
   const std::vector<NavigationErrorRow> all = error_rows(study);
-  if (all.front().errors.compared == 0) return "Errors are not available, because the scenario has no truth.\n";
+  if (all.front().errors.compared == 0)
+    return study.scenario.truth_chaser.empty()
+               ? "Errors are not available, because the scenario has no truth of the chaser.\n"
+               : "Errors are not available, because the truth covers none of the keyframes.\n";
   std::vector<Column> columns = {{"errors", kLeft}, {"n"}};
   for (int i = 0; i < 4; ++i) columns.insert(columns.end(), {{"mean"}, {"rms"}, {"max"}});
   TextTable table(columns);
@@ -228,6 +231,7 @@ std::string navigation_report(const NavigationStudy& study) {
   if (!summary.converged()) text += fmt::format("NOT CONVERGED: {}\n", summary.message);
   text += "\n" + sensor_table(navigation) + "\n" + fit_text(navigation.fit) + "\n" + error_table(study) +
           consistency(study) + outage_table(study.comparison) + calibration(study);
+  text += states_at_text(navigation.at);
   if (!navigation.why_no_covariance.empty())
     text += fmt::format("\nNo covariances: {}\n", navigation.why_no_covariance);
   return text;

@@ -1,6 +1,8 @@
+#include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <deque>
+#include <numeric>
 #include <thread>
 
 #include <fmt/format.h>
@@ -18,6 +20,7 @@ namespace {
 
 constexpr std::size_t kMaxRecent = 256;  // newest measurements that are searched for those of a keyframe
 constexpr int kMinWindow = 60;           // keyframes
+constexpr const char* kNotReached = "after the last keyframe of the track";
 
 using Clock = std::chrono::steady_clock;
 
@@ -74,6 +77,11 @@ class Tracker {
         estimator_(settings.data, result_.by_odometry ? std::nullopt : settings.navigation,
                    with_start(options.online, resume)),
         log_(log_options(options.online, result_.by_odometry), resume ? resume->snapshot.start : std::nullopt) {
+    for (const double t : options.at) result_.at.push_back({.t = t, .note = kNotReached});
+    pending_at_.resize(options.at.size());
+    std::iota(pending_at_.begin(), pending_at_.end(), std::size_t(0));
+    std::stable_sort(pending_at_.begin(), pending_at_.end(),
+                     [&](std::size_t a, std::size_t b) { return options.at[a] > options.at[b]; });
     estimator_.on_update = [this](const OnlineUpdate& update) { record_update(update); };
     estimator_.on_reject = [this](const std::string& sensor, const Rejection& why) { report(sensor, why); };
     estimator_.on_reset = [this](const TrackReset& reset) {
@@ -302,11 +310,23 @@ class Tracker {
     return now;
   }
 
+  /// Answers the times up to the newest keyframe.
+  void answer_times() {
+    for (; !pending_at_.empty() && options_.at[pending_at_.back()] <= estimator_.newest(); pending_at_.pop_back()) {
+      StateAt& state = result_.at[pending_at_.back()];
+      OnlineEstimator::Instant instant = estimator_.at(state.t);
+      state.note = instant.chaser ? "" : "before the first keyframe after a start or reset of the track";
+      state.chaser = std::move(instant.chaser);
+      state.target = std::move(instant.target);
+    }
+  }
+
   void record_update(const OnlineUpdate& update) {
     if (options_.on_snapshot && log_.wants_state(update.t)) {
       const std::optional<Alignment> start = estimator_.handover_start();
       if (start || result_.by_odometry) log_.add_state(start.value_or(Alignment{.t = update.t}));
     }
+    answer_times();
     if (replaying_ || update.t <= recorded_until_) return;
     if (update.summary.status == Status::infeasible && !options_.online.soften_infeasible)
       throw Error(
@@ -359,6 +379,7 @@ class Tracker {
   double update_begin_ = 0;    // processor time [s]
   double second_ = -HUGE_VAL;  // last second of data at which the memory was recorded
   ReplayLog log_;
+  std::vector<std::size_t> pending_at_;  // indices of the times without answer, the latest first
   SE3 to_world_{};  // from the estimator's world, which restarts at the odometry pose, to that of the resumed track
   bool replaying_ = false;
   double recorded_until_ = -HUGE_VAL;  // s: the earlier process has recorded updates up to this time

@@ -11,6 +11,7 @@
 #include <tandem/studies/online/online_feed.hpp>
 #include <tandem/studies/online/track_records.hpp>
 #include <tandem/studies/online/track_snapshot.hpp>
+#include <tandem/studies/scenario/states_at.hpp>
 
 namespace tandem {
 
@@ -23,6 +24,7 @@ struct TrackOptions {
   const std::atomic<bool>* stop = nullptr;  ///< ends tracking early when it is set
   bool live = false;                        ///< whether to compute TrackRecord::Live
   bool live_covariance = true;              ///< and its covariance
+  std::vector<double> at{};                 ///< times of Track::at [s]
   double faulty_after = 60;                 ///< duration from which an unreliable interval is reported [s]
   /// Receives a snapshot every `snapshot_every` seconds of the wall clock, and at the end.
   std::function<void(TrackSnapshot)> on_snapshot{};
@@ -48,7 +50,9 @@ struct Track {
   TrackHealth health;                                               ///< at the end
   std::vector<SystematicErrorEstimate> errors;                      ///< systematic errors of sensors, at the end
   std::optional<FaultyIntervalDetector::Interval> faulty_interval;  ///< the longest one, if any
-  TrackRecords records;                                             ///< one per update, in order
+  /// States at TrackOptions::at, in their order. Each is that of the first update whose newest keyframe is not earlier.
+  std::vector<StateAt> at;
+  TrackRecords records;  ///< one per update, in order
 };
 
 /// Returns the names of the sensors in a track's health, in the order of TrackHealth::sensors.

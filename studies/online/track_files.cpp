@@ -89,12 +89,13 @@ void write_track(const Track& track, const TrackSummary& summary, const Scenario
   for (OutputFile& file : found) file.close();
   errors.close();
   for (TruthFile& file : truths) file.close();
+  if (!track.at.empty()) write_states_at(track.at, frame, track.has_target, folder);
   write_file(folder / "summary.json", track_json(track, summary));
 }
 
 std::vector<FileDescription> track_file_columns(const TrackOptions& options) {
-  return {TrackRows(Frame(), options.ahead, {"SENSOR"}).describe(),
-          error_columns(options.ahead).describe("errors.csv")};
+  return {TrackRows(Frame(), options.ahead, {"SENSOR"}).describe(), error_columns(options.ahead).describe("errors.csv"),
+          states_at_columns(true)};
 }
 
 }  // namespace tandem

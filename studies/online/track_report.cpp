@@ -77,7 +77,7 @@ std::string mean_text(const std::optional<MeanStd>& spread) {
 
 std::string error_tables(const Track& track, const TrackSummary& summary) {
   std::string text;
-  if (!summary.truth) return "\nErrors are not available, because the scenario has no truth.\n";
+  if (!summary.truth) return "\n" + summary.missing_truth + "\n";
   using Align = TextTable::Align;
   if (track.has_target) {
     TextTable table(
@@ -154,6 +154,7 @@ TrackSummary summarise(const Track& track, const Scenario& scenario, const Track
   summary.frame = scenario.frame.name();
   summary.model = model_line(track, options);
   summary.truth = track.has_target && track.by_odometry ? scenario.has_truth() : !scenario.truth_chaser.empty();
+  summary.missing_truth = missing_truth(scenario, summary.truth);
   std::vector<double> wall, processor;
   std::array<ErrorMoments, TrackSummary::all + 1> sums;
   std::vector<Moments> ahead(options.ahead.size()), ahead_nees(options.ahead.size());

@@ -31,6 +31,7 @@ struct TrackSummary {
   UpdateTimes wall, processor;
   std::optional<double> memory_early, memory_end;  ///< resident memory after 10 % of the run, and at its end [MB]
   bool truth = false;                              ///< whether there is truth to compare with
+  std::string missing_truth{};                     ///< a sentence if there is none, see missing_truth()
   static constexpr std::size_t all = keyframe_types.size();  ///< index of all keyframes in the next two arrays
   std::array<ErrorSummary, all + 1> errors;  ///< errors of the newest state by keyframe type, and at all keyframes
   std::array<std::optional<MeanStd>, all + 1> nees;  ///< NEES of the relative position, in the same order

@@ -54,7 +54,9 @@ void add_conclusion(const RunRecord& run, HtmlPage& page) {
     if (!converged)
       text = fmt::format("The solve ended as {}: {}. {}", s.value("status", ""), s.value("message", ""), text);
     const std::string errors = overconfidence(run);
-    page.conclusion(converged && errors.empty() && fit.value("consistent", true), text + errors);
+    page.conclusion(
+        converged && errors.empty() && fit.value("consistent", true) && !fit.value("noise_far_too_large", false),
+        text + errors);
     return;
   }
   const auto n = [&](const char* key) { return s.value(key, 0); };
@@ -127,6 +129,7 @@ void add_remarks(const RunRecord& run, HtmlPage& page) {
   });
   for (const auto& [key, format] : {std::pair{"unobservable", "Not determined by the data: {}."},
                                     {"contradiction", "{}"},
+                                    {"unmeasured_orientation", "{}"},
                                     {"truth_aligned", "{}"},
                                     {"no_covariance", "No standard deviations: {}."}})
     if (s.contains(key) && s[key].is_string())

@@ -5,17 +5,23 @@
 
 namespace tandem {
 
-/// Adds the columns t, x, y, z, qx, qy, qz, qw. A row has the members t [s], position (Vector<3>) and orientation
+/// Adds the columns x, y, z, qx, qy, qz, qw. A row has the members position (Vector<3>, perhaps optional) and orientation
 /// (std::optional<SO3>).
 template <class Row>
-void add_pose_columns(CsvTable<Row>& table) {
-  table.add("t", "time of the keyframe [s]", [](const Row& r) { return r.t; });
-  table.add_xyz("{}", "position along the world axes [m]", [](const Row& r) { return Vector<3>(r.position); });
+void add_position_columns(CsvTable<Row>& table) {
+  table.add_xyz("{}", "position along the world axes [m]", [](const Row& r) { return r.position; });
   table.add_each({"x", "y", "z", "w"}, "q{}", "orientation, a Hamilton quaternion; empty for points",
                  [](const Row& r) -> std::optional<Vector<4>> {
                    if (!r.orientation) return {};
                    return Vector<4>(r.orientation->quaternion().coeffs());
                  });
+}
+
+/// Adds the column t [s] of a keyframe, and the columns of add_position_columns().
+template <class Row>
+void add_pose_columns(CsvTable<Row>& table) {
+  table.add("t", "time of the keyframe [s]", [](const Row& r) { return r.t; });
+  add_position_columns(table);
 }
 
 /// Adds the columns c11 … c66. A row has a member `covariance`, a 6 × 6, 3 × 3 or empty matrix.

@@ -5,6 +5,7 @@
 
 #include <tandem/lie/rn.hpp>
 #include <tandem/residuals/prior.hpp>
+#include <tandem/residuals/relative_pose.hpp>
 #include <tandem/solvers/fit_report.hpp>
 #include <tandem/solvers/gauss_newton.hpp>
 
@@ -71,6 +72,36 @@ TEST(FitReport, NamesTheMisfit) {
   EXPECT_FALSE(m.fit.consistent());
   EXPECT_THAT(m.fit.verdict(), HasSubstr("gps: residuals of "));
   EXPECT_NEAR(m.fit.sensors[0].series[0].rms(), 4, 0.3);
+}
+
+/// A smooth walk with exact measurements: the walk needs a hundredth of its stated noise.
+TEST(FitReport, NamesNoiseThatIsFarTooLarge) {
+  std::mt19937 random(7);
+  std::normal_distribution<double> normal;
+  Problem problem;
+  std::vector<MeasurementBlock> blocks;
+  std::vector<NoiseOfBlock> noises;
+  std::optional<Variable<R3>> last;
+  Vector<3> truth = Vector<3>::Zero();
+  for (int i = 0; i < 300; ++i) {
+    truth += 0.05 * Vector<3>(normal(random), normal(random), normal(random));
+    const auto x = problem.add(R3());
+    const Vector<3> noise(normal(random), normal(random), normal(random));
+    blocks.push_back(
+        {0, double(i), problem.minimize(Prior<R3>{R3(truth + 0.01 * noise)}, Gaussian({0.01, 0.01, 0.01}), {x})});
+    if (last)
+      noises.push_back({"walk", problem.minimize(RelativePose<R3>{R3()}, Gaussian({5.0, 5.0, 5.0}), {*last, x})});
+    last = x;
+  }
+  ASSERT_TRUE(solve(problem, GaussNewtonOptions{}).converged());
+  const Marginals marginals(problem);
+  const FitReport fit = fit_report(problem, {{"gps", {"x", "y", "z"}}}, blocks, &marginals, noises);
+  EXPECT_TRUE(fit.consistent());
+  EXPECT_TRUE(fit.noise_is_far_too_large());
+  ASSERT_EQ(fit.noises.size(), 1u);
+  for (const double rms : fit.noises[0].rms) EXPECT_NEAR(rms, 0.01, 0.002);
+  EXPECT_THAT(fit.verdict(), HasSubstr("NOISE FAR TOO LARGE"));
+  EXPECT_THAT(fit.verdict(), HasSubstr("Too large: walk by a factor of "));
 }
 
 TEST(FitReport, NamesTheWorstMeasurements) {
