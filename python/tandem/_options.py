@@ -6,6 +6,7 @@ from typing import Any, Dict, List, Mapping, Sequence, Union
 import numpy as np
 
 from .errors import BadInputError
+from .results import Results
 
 PathLike = Union[str, "os.PathLike[str]"]
 # A value of an option: a text, a number, a sequence of numbers, or a dictionary of them for NAME=value options.
@@ -37,6 +38,14 @@ def _text(option: str, value: Any) -> str:
     raise BadInputError(f"{option}: a {type(value).__name__} is not a value of this option")
 
 
+def _file_of(option: str, result: Results) -> str:
+    """Returns the file of a result that an option reads."""
+    file = {"noise-from": "noise.yaml", "config": "run.yaml"}.get(option)
+    if file is None or file not in result.files:
+        raise BadInputError(f"{option.replace('-', '_')}: a result of {result.command} is not a value of this option")
+    return file
+
+
 def words(command: str, options: Mapping[str, Any]) -> List[str]:
     """Returns the words of the command line for these options. None and False leave an option out."""
     result = []
@@ -53,6 +62,8 @@ def words(command: str, options: Mapping[str, Any]) -> List[str]:
             if not repeatable:
                 raise BadInputError(f"{name}: takes {takes}, not a dictionary")
             values = [f"{key}={_text(name, v)}" for key, v in value.items()]
+        elif isinstance(value, Results):
+            values = [os.fspath(value.folder() / _file_of(name, value))]
         elif repeatable and isinstance(value, (list, tuple)) and all(isinstance(v, (str, os.PathLike)) for v in value):
             values = [os.fspath(v) for v in value]
         else:

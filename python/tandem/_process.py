@@ -18,7 +18,8 @@ from typing import IO, Any, Dict, List, Mapping, Optional, Sequence, Tuple, Unio
 from . import _build
 from ._options import PathLike, has_option, words
 from .errors import BadInputError, Error, IncompleteWarning, MisfitError
-from .scenario import Scenario
+from .results import Results
+from .scenario import Scenario, TemporaryFolder
 
 ScenarioLike = Union[str, "os.PathLike[str]", Scenario]
 
@@ -138,6 +139,9 @@ def positional_words(values: Sequence[Any]) -> Tuple[List[str], List[Any]]:
             folder = value.folder()
             keep.append(folder)
             result.append(os.fspath(folder))
+        elif isinstance(value, Results):
+            keep.append(value)
+            result.append(os.fspath(value.folder()))
         elif isinstance(value, (str, os.PathLike)):
             if not os.fspath(value):
                 raise BadInputError("the path is empty; name a scenario folder or a built-in scenario")
@@ -145,7 +149,7 @@ def positional_words(values: Sequence[Any]) -> Tuple[List[str], List[Any]]:
         elif isinstance(value, int) and not isinstance(value, bool):
             result.append(str(value))
         else:
-            raise BadInputError(f"expected a path or a Scenario, not {type(value).__name__}")
+            raise BadInputError(f"expected a path, a Scenario or a result, not {type(value).__name__}")
     return result, keep
 
 
@@ -162,6 +166,9 @@ def run(result_type: Any, command: str, positional: Sequence[Any], options: Mapp
     if progress and has_option(command, "verbose"):
         chosen["verbose"] = True
     status, output, errors = execute(command, [*arguments, *words(command, chosen), "--json"], progress)
+    for folder_of_arrays in keep:
+        if isinstance(folder_of_arrays, TemporaryFolder):
+            errors = folder_of_arrays.in_arguments(errors)
     if status == _INVALID:
         raise BadInputError(_message(errors))
     if status not in (_SUCCESS, _INCOMPLETE, _MISFIT):

@@ -109,6 +109,21 @@ class Results:
         result._temporary = temporary
         return result
 
+    def folder(self) -> pathlib.Path:
+        """Returns the folder of the run's files, which is temporary unless the run had an `out`."""
+        if self._folder is None:
+            raise BadInputError(f"the run of {self.command} has no files")
+        return self._folder
+
+    @property
+    def noise(self) -> Dict[str, Any]:
+        """Calibrated standard deviations by name, as in Scenario.noise. Only of calibrate()."""
+        if "noise.yaml" not in self.files:
+            raise BadInputError(f"a run of {self.command} does not calibrate noise; use tandem.calibrate()")
+        from ._core import parse_yaml
+        text = (self.folder() / "noise.yaml").read_text(encoding="utf-8")
+        return dict(parse_yaml(text, "noise.yaml")["noise"])
+
     @property
     def files(self) -> List[str]:
         """Names of the result files."""

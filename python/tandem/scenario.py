@@ -1,10 +1,14 @@
 """Scenarios: recordings with their settings."""
 
+import difflib
+import hashlib
 import json
 import os
 import pathlib
+import re
+import shutil
 import tempfile
-from typing import Any, Dict, Mapping, Optional, Union
+from typing import Any, Callable, Dict, List, Mapping, NamedTuple, Optional, Sequence, Union
 
 import numpy as np
 
@@ -22,6 +26,8 @@ _COLUMNS = {
     "range": ("t", "range"),
     "usbl_spherical": ("t", "range", "azimuth", "elevation"),
 }
+_TRAJECTORIES = {"odometry": "chaser_odometry.tum", "truth_chaser": "truth_chaser.tum",
+                 "truth_target": "truth_target.tum"}
 _PLAIN = {"usbl": "position", "optical": "pose"}  # sensors that need no entry in `sensors`
 
 
@@ -38,7 +44,8 @@ class Scenario:
         truth_chaser, truth_target: true trajectories, which only metrics and plots read.
         settings: further keys of scenario.yaml, for example group="SE2", frame="NED-FRD".
 
-    docs/file_formats.md describes all settings, units and frames.
+    Attributes of the same names may be changed, also in a scenario that read_scenario() has read; runs use the present
+    values. docs/file_formats.md describes all settings, units and frames.
 
     >>> import tandem
     >>> s = tandem.read_scenario("docking_a")
@@ -62,7 +69,11 @@ class Scenario:
         self.measurements: Dict[str, np.ndarray] = {}
         for sensor, rows in (measurements or {}).items():
             self.measurements[sensor] = _rows(rows, f"measurements {sensor}", self._columns(sensor))
+        if odometry is not None and not len(self.odometry or ()):
+            raise BadInputError("odometry: there are no rows")
         self._path: Optional[pathlib.Path] = None
+        self._read: Dict[str, str] = {}  # fingerprints of the files of that folder, as the attributes show them
+        self._headers: Dict[str, str] = {}  # of the files of measurements
         self._temporary: Any = None
         self.incomplete = ""
 
@@ -75,7 +86,9 @@ class Scenario:
     def _columns(self, sensor: str) -> Any:
         kind = self.sensors.get(sensor, {}).get("type", _PLAIN.get(sensor))
         if kind is None:
-            raise BadInputError(f"measurements {sensor}: add the sensor with its type to `sensors`")
+            near = difflib.get_close_matches(sensor, [*self.sensors, *_PLAIN], 1)
+            raise BadInputError(f"measurements {sensor}: " + (f"did you mean {near[0]}? Otherwise " if near else "") +
+                                "add the sensor with its type to `sensors`")
         if kind in _COLUMNS and self.settings.get("group") == "SE2" and kind in ("position", "pose"):
             return None
         return _COLUMNS.get(str(kind))
@@ -85,12 +98,12 @@ class Scenario:
         """Folder that the scenario was read from, or None."""
         return self._path
 
-    def folder(self) -> "pathlib.Path | _TemporaryFolder":
-        """Returns the folder that the scenario was read from, or writes a temporary one, which lives as long as the
-        returned object."""
-        if self._path is not None:
+    def folder(self) -> "Union[pathlib.Path, TemporaryFolder]":
+        """Returns the folder that the scenario was read from, or a temporary one with its present content, which lives
+        as long as the returned object."""
+        if self._path is not None and not self._changed_files():
             return self._path
-        folder = _TemporaryFolder(self.name)
+        folder = TemporaryFolder(self)
         self.write(folder)
         return folder
 
@@ -99,17 +112,36 @@ class Scenario:
         to = pathlib.Path(folder)
         if to.exists() and any(to.iterdir()):
             raise BadInputError(f"{to} is not empty; name a new folder")
-        if self._path is not None:
-            import shutil
+        files = self._files()
+        changed = self._changed_files()
+        if self._path is not None:  # with the files that the attributes do not show
             shutil.copytree(self._path, to, dirs_exist_ok=True)
-            return
         to.mkdir(parents=True, exist_ok=True)
+        for file in changed:
+            if file in files:
+                (to / file).write_text(files[file].text(), encoding="utf-8")
+            else:
+                (to / file).unlink()
+
+    def _changed_files(self) -> List[str]:
+        """Returns the names of the files that differ from those of the folder that the scenario was read from."""
+        now = {name: file.fingerprint for name, file in self._files().items()}
+        return sorted(name for name in {*now, *self._read} if now.get(name) != self._read.get(name))
+
+    def _file_of(self, sensor: str) -> str:
+        return str(self.sensors.get(sensor, {}).get("file", f"{sensor}.csv"))
+
+    def _settings(self) -> str:
+        """Returns the text of scenario.yaml."""
         sensors = {}
         for name, entry in self.sensors.items():
-            sensors[name] = {k: _plain(v, f"sensors {name} {k}") for k, v in entry.items()}
-            sensors[name]["file"] = f"{name}.csv"
-        document: Dict[str, Any] = {"name": self.name, "description": "written by Python", "source": "Python",
-                                    **{k: _plain(v, k) for k, v in self.settings.items()}, "noise": self.noise}
+            if self._path is None or name in self.measurements or "file" not in entry:
+                sensors[name] = {k: _plain(v, f"sensors {name} {k}") for k, v in entry.items()}
+                sensors[name].setdefault("file", f"{name}.csv")
+        document: Dict[str, Any] = {
+            "name": self.name, "description": "written by Python", "source": "Python",
+            **{k: _plain(v, k) for k, v in self.settings.items()},
+            "noise": {k: _plain(v, f"noise {k}") for k, v in self.noise.items()}}
         if sensors:
             document["sensors"] = sensors
         # JSON is YAML. Each entry is on a line of its own, for messages with line numbers.
@@ -120,15 +152,39 @@ class Scenario:
                 lines += [f"  {k}: {json.dumps(v)}" for k, v in value.items()]
             else:
                 lines.append(f"{key}: {json.dumps(value)}")
-        (to / "scenario.yaml").write_text("\n".join(lines) + "\n", encoding="utf-8")
-        for file, trajectory in (("chaser_odometry", self.odometry), ("truth_chaser", self.truth_chaser),
-                                 ("truth_target", self.truth_target)):
+        return "\n".join(lines) + "\n"
+
+    def _files(self) -> Dict[str, "_File"]:
+        """Returns the files by name."""
+        settings = self._settings()
+        files = {"scenario.yaml": _File(settings, lambda: settings)}
+        for attribute, file in _TRAJECTORIES.items():
+            trajectory = _trajectory(getattr(self, attribute), attribute)
             if trajectory is not None:
-                trajectory.to_tum(to / f"{file}.tum")
+                parts = (trajectory.t, trajectory.positions, trajectory.quaternions)
+                files[file] = _File(_fingerprint(*parts), trajectory.to_tum)
         for sensor, rows in self.measurements.items():
-            columns = self._columns(sensor) or ("t", *"xyz"[: rows.shape[1] - 1])
-            text = ",".join(columns) + "\n" + "".join(",".join(repr(float(v)) for v in row) + "\n" for row in rows)
-            (to / f"{sensor}.csv").write_text(text, encoding="utf-8")
+            header = self._headers.get(sensor)
+            columns = header.split(",") if header else self._columns(sensor)
+            table = _rows(rows, f"measurements {sensor}", columns, header is not None)
+            names = columns or ("t", *"xyz"[: table.shape[1] - 1])
+            files[self._file_of(sensor)] = _File(
+                _fingerprint(table), lambda names=names, table=table: _csv(names, table))  # type: ignore[misc]
+        return files
+
+    def _argument_of(self, file: str, line: Optional[int]) -> str:
+        """Returns the argument that a line of a file comes from, for messages."""
+        for attribute, name in _TRAJECTORIES.items():
+            if file == name:
+                return attribute + (f", row {line - 2}" if line is not None and line > 1 else "")
+        for sensor in {*self.measurements, *self.sensors, *_PLAIN}:
+            if file == self._file_of(sensor):
+                return f"measurements {sensor}" + (f", row {line - 2}" if line is not None and line > 1 else "")
+        section = entry = ""
+        for text in self._settings().splitlines()[:line] if line is not None else ():
+            key = text.partition(":")[0]
+            section, entry = (section, key.strip()) if key.startswith(" ") else (key, "")
+        return f"{section} {entry}".strip() or "settings"
 
     def __repr__(self) -> str:
         parts = []
@@ -144,16 +200,46 @@ class Scenario:
         return _html.plan_view(known, repr(self))
 
 
-class _TemporaryFolder:
+class _File(NamedTuple):
+    """A file of a scenario: what identifies its content, and a function that returns its text."""
+
+    fingerprint: str
+    text: Callable[[], str]
+
+
+def _fingerprint(*arrays: np.ndarray) -> str:
+    content = hashlib.sha256()
+    for array in arrays:
+        content.update(str(array.shape).encode() + np.ascontiguousarray(array).tobytes())
+    return content.hexdigest()
+
+
+def _csv(columns: Sequence[str], rows: np.ndarray) -> str:
+    lines = [",".join("" if np.isnan(v) else repr(float(v)) for v in row) for row in rows]
+    return "\n".join([",".join(columns), *lines]) + "\n"
+
+
+class TemporaryFolder:
     """Folder of a scenario that exists as long as this object."""
 
-    def __init__(self, name: str) -> None:
+    def __init__(self, scenario: Scenario) -> None:
+        self._scenario = scenario
         self._folder = tempfile.TemporaryDirectory(prefix="tandem-scenario-")
-        safe = "".join(c if c.isalnum() or c in "-_" else "_" for c in name) or "_"
+        safe = "".join(c if c.isalnum() or c in "-_" else "_" for c in scenario.name) or "_"
         self._path = os.path.join(self._folder.name, safe)
 
     def __fspath__(self) -> str:
         return self._path
+
+    def in_arguments(self, text: str) -> str:
+        """Returns a message with the names of arguments instead of those of files in this folder."""
+        def argument(match: "re.Match[str]") -> str:
+            return self._scenario._argument_of(match.group(1), int(match.group(2)) if match.group(2) else None)
+        text = re.sub(re.escape(self._path) + r"/([\w.-]+\.(?:yaml|tum|csv))(?::(\d+))?", argument, text)
+        text = re.sub(r"^(\w+) \S+: (?=\1 (?:lacks|must))", r"\1: ", text)  # a mapping begins at its first key
+        if ", row " in text:
+            text = re.sub(r"\bline (\d+)", lambda m: f"row {int(m.group(1)) - 2}", text).replace("lines must", "rows must")
+        return text.replace(self._path, f"scenario {self._scenario.name}")
 
 
 def share(folder: str) -> pathlib.Path:
@@ -186,21 +272,22 @@ def read_scenario(path: "Union[str, os.PathLike[str]]") -> Scenario:
     name = str(document.pop("name", folder.name))
     scenario = Scenario(name, noise=document.pop("noise", None) or {}, sensors=document.pop("sensors", None) or {},
                         **document)
-    for attribute, file in (("odometry", "chaser_odometry"), ("truth_chaser", "truth_chaser"),
-                            ("truth_target", "truth_target")):
-        if (folder / f"{file}.tum").exists():
-            setattr(scenario, attribute, Trajectory.read(folder / f"{file}.tum", attribute))
+    for attribute, file in _TRAJECTORIES.items():
+        if (folder / file).exists():
+            setattr(scenario, attribute, Trajectory.read(folder / file, attribute))
     files = {sensor: str(entry["file"]) for sensor, entry in scenario.sensors.items() if "file" in entry}
     files.update({s: f"{s}.csv" for s in _PLAIN if s not in files and (folder / f"{s}.csv").exists()})
     for sensor, file in files.items():
-        lines = [x for x in (folder / file).read_text(encoding="utf-8").splitlines() if x and not x.startswith("#")]
+        lines = [x.strip() for x in (folder / file).read_text(encoding="utf-8").splitlines() if x and not x.startswith("#")]
         rows = [line.split(",") for line in lines[1:]]
         try:
-            table = np.array([[float(x or "nan") for x in row] for row in rows]) if rows else np.empty((0, 0))
+            table = np.array([[float(x or "nan") for x in row] for row in rows]) if rows else np.empty((0, lines[0].count(",") + 1))
         except ValueError as error:
             raise BadInputError(f"{folder / file}: {error}") from None
         scenario.measurements[sensor] = table
+        scenario._headers[sensor] = lines[0] if lines else ""
     scenario._path = folder.resolve()
+    scenario._read = {file: content.fingerprint for file, content in scenario._files().items()}
     return scenario
 
 
@@ -226,7 +313,7 @@ def _trajectory(value: Any, what: str) -> Optional[Trajectory]:
     return Trajectory(rows[:, 0], rows[:, 1:4], rows[:, 4:], name=what)
 
 
-def _rows(value: Any, what: str, columns: Any) -> np.ndarray:
+def _rows(value: Any, what: str, columns: Any, empty_cells: bool = False) -> np.ndarray:
     try:
         rows = np.array(value, dtype=float, order="C")
     except (TypeError, ValueError) as error:
@@ -234,6 +321,6 @@ def _rows(value: Any, what: str, columns: Any) -> np.ndarray:
     if rows.ndim != 2 or (columns is not None and rows.shape[1] != len(columns)):
         wanted = f"(n, {len(columns)}) with columns {' '.join(columns)}" if columns is not None else "(n, columns)"
         raise BadInputError(f"{what}: expected an array of shape {wanted}, not {rows.shape}")
-    if np.isnan(rows).any():
+    if not empty_cells and np.isnan(rows).any():
         raise BadInputError(f"{what}: row {int(np.argmax(np.isnan(rows).any(axis=1)))} contains NaN")
     return rows

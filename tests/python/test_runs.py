@@ -128,6 +128,54 @@ def test_scenario_of_arrays_gives_the_same_cost(docking):
     assert tandem.estimate(own).summary.cost == docking.summary.cost
 
 
+def test_edits_of_a_read_scenario_count(docking, tmp_path):
+    s = tandem.read_scenario("docking_a")
+    assert tandem.estimate(s).summary.cost == docking.summary.cost
+    s.noise["usbl"] = np.array([50, 50, 50])
+    assert tandem.estimate(s).summary.cost == tandem.estimate("docking_a", noise={"usbl": (50, 50, 50)}).summary.cost
+    s.measurements["usbl"][:, 1] += 100
+    moved = tandem.estimate(s).summary.cost
+    s.write(tmp_path / "edited")
+    assert tandem.estimate(tmp_path / "edited").summary.cost == moved != docking.summary.cost
+    again = tandem.read_scenario(tmp_path / "edited")
+    assert np.array_equal(again.measurements["usbl"], s.measurements["usbl"])
+    assert np.array_equal(again.measurements["optical"], s.measurements["optical"])
+    del s.measurements["optical"]
+    assert tandem.estimate(s).summary.cost < moved
+    s.odometry.positions[5, 0] = np.inf
+    with pytest.raises(tandem.BadInputError, match="odometry, row 5"):
+        tandem.estimate(s)
+
+
+def changed(**arguments):
+    s = tandem.read_scenario("docking_a")
+    known = dict(noise=s.noise, odometry=s.odometry, measurements=s.measurements)
+    return tandem.estimate(tandem.Scenario("mine", **{**known, **arguments}))
+
+
+@pytest.mark.parametrize("arguments, message", [
+    (dict(odometry=None), "^odometry is missing"),
+    (dict(noise={"usbl": [1, 1, 1]}), "^noise: noise lacks the key prior"),
+    (dict(noise={**tandem.read_scenario("docking_a").noise, "usbl": [1, 1]}), "^noise usbl: usbl needs 3"),
+    (dict(measurements={"usb": np.zeros((3, 4))}), "did you mean usbl"),
+    (dict(measurements={"usbl": [[1, 0, 0, 0], [0, 0, 0, 0]]}), "^measurements usbl, row 1: .* of row 0"),
+    (dict(grup="SE2"), "^grup: .*did you mean group"),
+    (dict(sensors={"sonar": {"type": "rangefinder"}}), "^sensors sonar: "),
+])
+def test_messages_name_the_arguments_of_a_scenario(arguments, message):
+    with pytest.raises(tandem.BadInputError, match=message) as error:
+        changed(**arguments)
+    assert "/tmp" not in str(error.value) and "scenario.yaml" not in str(error.value)
+
+
+def test_results_are_values_of_options(docking):
+    calibrated = tandem.calibrate("docking_a", max_keyframes=100)
+    assert len(calibrated.noise["usbl"]) == 3
+    assert tandem.estimate("docking_a", noise_from=calibrated).converged
+    with pytest.raises(tandem.BadInputError, match="noise_from"):
+        tandem.estimate("docking_a", noise_from=docking)
+
+
 def test_changed_scenario(docking, tmp_path):
     s = tandem.read_scenario("docking_a")
     s.write(tmp_path / "copy")
