@@ -83,11 +83,15 @@ class Scenario:
         scenario._temporary = temporary
         return scenario
 
+    def columns(self, sensor: str) -> Optional[Sequence[str]]:
+        """Returns the names of the columns of a sensor or of "odometry", or None if the sensor has others."""
+        return _COLUMNS["pose"] if sensor == "odometry" else self._columns(sensor)
+
     def _columns(self, sensor: str) -> Any:
         kind = self.sensors.get(sensor, {}).get("type", _PLAIN.get(sensor))
         if kind is None:
-            near = difflib.get_close_matches(sensor, [*self.sensors, *_PLAIN], 1)
-            raise BadInputError(f"measurements {sensor}: " + (f"did you mean {near[0]}? Otherwise " if near else "") +
+            near = difflib.get_close_matches(sensor, [*self.sensors, *_PLAIN, "odometry"], 1)
+            raise BadInputError(f"measurements {sensor}: the sensor is unknown; " + (f"did you mean {near[0]}? Otherwise " if near else "") +
                                 "add the sensor with its type to `sensors`")
         if kind in _COLUMNS and self.settings.get("group") == "SE2" and kind in ("position", "pose"):
             return None
@@ -236,26 +240,29 @@ class TemporaryFolder:
         def argument(match: "re.Match[str]") -> str:
             return self._scenario._argument_of(match.group(1), int(match.group(2)) if match.group(2) else None)
         text = re.sub(re.escape(self._path) + r"/([\w.-]+\.(?:yaml|tum|csv))(?::(\d+))?", argument, text)
-        text = re.sub(r"^(\w+) \S+: (?=\1 (?:lacks|must))", r"\1: ", text)  # a mapping begins at its first key
+        text = re.sub(r"\b(\w+) \S+: (?=\1 (?:lacks|must))", r"\1: ", text)  # a mapping begins at its first key
         if ", row " in text:
             text = re.sub(r"\bline (\d+)", lambda m: f"row {int(m.group(1)) - 2}", text).replace("lines must", "rows must")
         return text.replace(self._path, f"scenario {self._scenario.name}")
 
 
-def share(folder: str) -> pathlib.Path:
-    """Returns a folder of the installed data: scenarios or vehicles."""
-    return pathlib.Path(_build.__file__).parent / _build.DATA_FROM_PACKAGE / folder
-
-
-def scenario_folder(path: "Union[str, os.PathLike[str]]") -> pathlib.Path:
-    """Returns the folder of a scenario, or of a built-in one by its name."""
+def read_settings(path: "Union[str, os.PathLike[str]]") -> Scenario:
+    """Reads a scenario without its data."""
     folder = pathlib.Path(path)
-    if (folder / "scenario.yaml").exists():
-        return folder
-    builtin = share("scenarios") / folder
-    if folder.name != str(path) or not (builtin / "scenario.yaml").exists():
-        raise BadInputError(f"{folder} is neither a folder with scenario.yaml nor the name of a built-in scenario")
-    return builtin
+    if not (folder / "scenario.yaml").exists():
+        commands = pathlib.Path(_build.__file__).parent / _build.COMMANDS_FROM_PACKAGE
+        builtin = commands / "../../share/tandem/scenarios" / folder
+        if folder.name != str(path) or not (builtin / "scenario.yaml").exists():
+            raise BadInputError(f"{folder} is neither a folder with scenario.yaml nor the name of a built-in scenario")
+        folder = builtin
+    document = parse_yaml((folder / "scenario.yaml").read_text(encoding="utf-8"), str(folder / "scenario.yaml"))
+    if not isinstance(document, dict):
+        raise BadInputError(f"{folder / 'scenario.yaml'}: must be a mapping of keys to values")
+    name = str(document.pop("name", folder.name))
+    scenario = Scenario(name, noise=document.pop("noise", None) or {}, sensors=document.pop("sensors", None) or {},
+                        **document)
+    scenario._path = folder.resolve()
+    return scenario
 
 
 def read_scenario(path: "Union[str, os.PathLike[str]]") -> Scenario:
@@ -265,13 +272,9 @@ def read_scenario(path: "Union[str, os.PathLike[str]]") -> Scenario:
     >>> tandem.read_scenario("docking_a").noise["usbl"]
     [1.72, 1.72, 1.72]
     """
-    folder = scenario_folder(path)
-    document = parse_yaml((folder / "scenario.yaml").read_text(encoding="utf-8"), str(folder / "scenario.yaml"))
-    if not isinstance(document, dict):
-        raise BadInputError(f"{folder / 'scenario.yaml'}: must be a mapping of keys to values")
-    name = str(document.pop("name", folder.name))
-    scenario = Scenario(name, noise=document.pop("noise", None) or {}, sensors=document.pop("sensors", None) or {},
-                        **document)
+    scenario = read_settings(path)
+    folder = scenario._path
+    assert folder is not None
     for attribute, file in _TRAJECTORIES.items():
         if (folder / file).exists():
             setattr(scenario, attribute, Trajectory.read(folder / file, attribute))
@@ -286,7 +289,6 @@ def read_scenario(path: "Union[str, os.PathLike[str]]") -> Scenario:
             raise BadInputError(f"{folder / file}: {error}") from None
         scenario.measurements[sensor] = table
         scenario._headers[sensor] = lines[0] if lines else ""
-    scenario._path = folder.resolve()
     scenario._read = {file: content.fingerprint for file, content in scenario._files().items()}
     return scenario
 

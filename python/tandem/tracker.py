@@ -3,13 +3,16 @@
 import json
 import subprocess
 import threading
-from typing import Any, Dict, List
+import warnings
+from typing import Any, Dict, List, Optional, Tuple
 
 import numpy as np
 
 from ._options import words
 from ._process import ScenarioLike, _message, positional_words, program
-from .errors import BadInputError, Error
+from .errors import BadInputError, Error, IncompleteWarning
+from .results import Summary
+from .scenario import Scenario, read_settings
 
 
 class Tracker:
@@ -35,6 +38,9 @@ class Tracker:
 
     def __init__(self, scenario: ScenarioLike, **options: Any) -> None:
         arguments, self._keep = positional_words([scenario])
+        self._scenario = scenario if isinstance(scenario, Scenario) else read_settings(scenario)
+        #: Summary of the run, after finish().
+        self.summary: Optional[Summary] = None
         chosen = {name.replace("_", "-"): value for name, value in options.items()}
         reserved = {"out", "json", "quiet", "json-lines", "stdin", "realtime", "config", "print-config"}
         from ._options import _declared
@@ -46,6 +52,7 @@ class Tracker:
             stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, bufsize=1, start_new_session=True)
         self._updates: List[Dict[str, Any]] = []
         self._errors: List[str] = []
+        self._finished = False
         self._lock = threading.Lock()
         self._readers = [threading.Thread(target=self._read, daemon=True),
                          threading.Thread(target=self._read_errors, daemon=True)]
@@ -62,6 +69,8 @@ class Tracker:
             if update.get("schema", "").startswith("tandem.track-line/"):  # the last line is a summary
                 with self._lock:
                     self._updates.append(update)
+            else:
+                self.summary = Summary(update)
 
     def _read_errors(self) -> None:
         assert self._process.stderr is not None
@@ -85,12 +94,22 @@ class Tracker:
         self.add_rows(sensor, [[t, *values]])
 
     def add_rows(self, sensor: str, rows: Any) -> None:
-        """Adds measurements, one in each row: time and values, shape (n, columns)."""
+        """Adds measurements, one in each row: time and values, shape (n, columns).
+
+        Raises BadInputError for an unknown sensor, a wrong number of columns and NaN. The tracker rejects rows that
+        come too late or whose times jump; finish() warns of them.
+        """
+        if self._finished:
+            raise Error("the tracker has finished; make a new Tracker to track more data")
         array = np.array(rows, dtype=float, ndmin=2)
-        if np.isnan(array).any():
-            raise BadInputError(f"{sensor}: a row contains NaN")
-        if not sensor or any(c in sensor for c in ",\n\r"):
-            raise BadInputError(f"{sensor!r} is not the name of a sensor")
+        if array.ndim != 2:
+            raise BadInputError(f"{sensor}: expected rows of shape (n, columns), not {array.shape}")
+        columns = self._scenario.columns(sensor)
+        if columns is not None and array.shape[1] != len(columns):
+            raise BadInputError(f"{sensor}: expected {len(columns)} columns ({', '.join(columns)}), not "
+                                f"{array.shape[1]}")
+        if not np.isfinite(array).all():
+            raise BadInputError(f"{sensor}: a row contains NaN or infinity")
         self._send("".join(sensor + "," + ",".join(repr(float(v)) for v in row) + "\n" for row in array))
 
     def updates(self) -> List[Dict[str, Any]]:
@@ -100,7 +119,13 @@ class Tracker:
         return result
 
     def finish(self) -> List[Dict[str, Any]]:
-        """Ends the data, and returns all updates that have not been returned yet."""
+        """Ends the data, and returns all updates that have not been returned yet.
+
+        Afterwards, `summary` has the summary of the run. Warns if rows were rejected; `rejected` counts them.
+        """
+        if self._finished:
+            return self.updates()
+        self._finished = True
         if self._process.stdin is not None and not self._process.stdin.closed:
             try:
                 self._process.stdin.close()
@@ -114,10 +139,25 @@ class Tracker:
                 stream.close()
         if self._process.returncode == 1:
             raise BadInputError(_message("\n".join(self._errors)))
+        if self._process.returncode != 0 and self._errors:
+            warnings.warn(_message("\n".join(self._errors)), IncompleteWarning, stacklevel=2)
+        rejected = self.rejected
+        if rejected:
+            text = "; ".join(f"{lines} of {sensor} ({why})" for (sensor, why), lines in rejected.items())
+            warnings.warn(f"the tracker rejected {sum(rejected.values())} rows: {text}", IncompleteWarning,
+                          stacklevel=2)
         return self.updates()
+
+    @property
+    def rejected(self) -> Dict[Tuple[str, str], int]:
+        """Numbers of rejected rows by sensor and reason, after finish()."""
+        if self.summary is None:
+            return {}
+        return {(entry["sensor"], entry["why"]): entry["lines"] for entry in self.summary["rejected_lines"]}
 
     def close(self) -> None:
         """Ends the tracker without waiting for its results."""
+        self._finished = True
         if self._process.poll() is None:
             self._process.kill()
             self._process.wait()

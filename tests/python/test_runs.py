@@ -286,6 +286,24 @@ def test_tracker_rejects_bad_input():
             tracker.add("usbl", 0.0, np.nan, 0, 0)
         with pytest.raises(tandem.BadInputError):
             tracker.add("usbl\nodometry", 0.0, 0, 0, 0)
+        with pytest.raises(tandem.BadInputError, match="did you mean usbl"):
+            tracker.add("usb", 0.0, 0, 0, 0)
+        with pytest.raises(tandem.BadInputError, match="expected 4 columns"):
+            tracker.add("usbl", 0.0, 0)
+
+
+def test_tracker_counts_rejected_rows():
+    s = tandem.read_scenario("docking_a")
+    odometry = np.column_stack([s.odometry.t, s.odometry.positions, s.odometry.quaternions])
+    with tandem.Tracker(s, window=30) as tracker:
+        tracker.add_rows("odometry", odometry[:100])
+        tracker.add("usbl", odometry[90, 0], 10, 0, 0)
+        tracker.add_rows("odometry", odometry[3:5])
+        with pytest.warns(tandem.IncompleteWarning, match=r"2 of odometry \(time runs backwards\)"):
+            tracker.finish()
+        assert sum(tracker.rejected.values()) == 2 and tracker.summary.lines == 101
+        with pytest.raises(tandem.Error, match="make a new Tracker"):
+            tracker.add_rows("odometry", odometry[100:101])
 
 
 def test_temporary_folders_vanish():
