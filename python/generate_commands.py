@@ -18,11 +18,15 @@ FUNCTIONS = {
     "navigate": ("navigate", "Navigation"),
     "calibrate": ("calibrate", "Results"),
     "models": ("models", "Results"),
+    "tune": ("tune", "Results"),
     "compare": ("compare", "Results"),
     "plan": ("plan", "Plan"),
     "rendezvous": ("rendezvous", "Results"),
     "simulate": ("simulate", "Scenario"),
     "solve": ("solve_file", "Results"),
+    "import": ("import_log", "Scenario"),
+    "info": ("info", "Results"),
+    "export": ("export", "Results"),
     "study": ("study", "Results"),
     "track": ("track", "Results"),
 }
@@ -45,7 +49,7 @@ def function(description):
     options = [o for o in description["options"] if not o["positional"] and o["name"] not in HIDDEN]
     parameters = []
     for option in positional:
-        of = "ScenarioLike" if option["takes"] == "SCENARIO" else "PathLike"
+        of = {"SCENARIO": "ScenarioLike", "DIR": "ResultLike"}.get(option["takes"], "PathLike")
         if option["required"]:
             parameters.append(f"{python_name(option['name'])}: {of}")
         else:
@@ -71,7 +75,7 @@ def function(description):
     body = "\n".join("    " + line if line else "" for line in doc).replace("\\", "\\\\")
     lines += [f'    """{body.strip()}', '    """']
     words = ", ".join(("*" if not o["required"] else "") + python_name(o["name"]) for o in positional)
-    lines += [f"    return run(", f"        {result},", f"        {description['command']!r},", f"        [{words}],",
+    lines += [f"    return _run(", f"        {result},", f"        {description['command']!r},", f"        [{words}],",
               "        {"]
     lines += [f"            {o['name']!r}: {python_name(o['name'])}," for o in options]
     lines += ["        },", "        progress,", "    )"]
@@ -92,7 +96,7 @@ def main(output, descriptions):
         '"""Functions that run the commands of Tandem. Generated from the options of the commands; do not edit."""',
         "",
         "from ._options import OptionValue, PathLike, declare",
-        "from ._process import ScenarioLike, run",
+        "from ._process import ResultLike, ScenarioLike, run as _run",
         "from .results import Estimate, Navigation, Plan, Results",
         "from .scenario import Scenario",
         "",

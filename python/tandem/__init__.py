@@ -1,6 +1,6 @@
 """Joint estimation of a vehicle and the moving target it observes, with hard constraints on Lie groups.
 
-Whole runs: estimate, navigate, calibrate, models, plan, rendezvous, run_study, Tracker. Their keyword arguments are the
+Whole runs: estimate, navigate, calibrate, models, tune, plan, rendezvous, run_study, Tracker. Their keyword arguments are the
 options of the command line. The library: groups (SO2, SE2, SO3, SE3, SE23, R1 … R12), Problem with residuals of the
 library and of your own, Marginals, FixedLag, Calibration, OnlineEstimator, Planner.
 
@@ -17,8 +17,12 @@ if int(_numpy.__version__.split(".")[0]) >= 2 and tuple(
     raise ImportError(f"this build of tandem uses pybind11 {_build.PYBIND11_VERSION}, which does not support NumPy "
                       f"{_numpy.__version__}; install NumPy 1, or build tandem with pybind11 2.12 or newer")
 
-from ._commands import (calibrate, compare, estimate, models, navigate, plan, rendezvous, simulate, solve_file, study,
-                        track)
+from . import _calls, _core
+
+_calls.make_readable(_core)
+
+from ._commands import (calibrate, compare, estimate, export, import_log, info, models, navigate, plan, rendezvous,
+                        simulate, solve_file, study, track, tune)
 from ._core import (R1, R2, R3, R4, R5, R6, R9, R12, SE2, SE3, SE23, SO2, SO3, Bearing, Blocks, Boundary, Bounds,
                     CalibratedNoise, Calibration, Cauchy, Coasting, Cone, ConstantTwist, DampedTwist, Depth, DvlVelocity, FixedLag, Gaussian, GaussMarkov,
                     GemanMcClure, Gps, Heading, Huber, Loss, Marginals, MixedVelocity, Planner, PlanResult, PreintegratedDvl, Prior, Problem,

@@ -22,6 +22,7 @@ from .results import Results
 from .scenario import Scenario, TemporaryFolder
 
 ScenarioLike = Union[str, "os.PathLike[str]", Scenario]
+ResultLike = Union[str, "os.PathLike[str]", Scenario, Results]
 
 _SUCCESS, _INVALID, _INCOMPLETE, _MISFIT = 0, 1, 2, 3
 
@@ -158,7 +159,8 @@ def run(result_type: Any, command: str, positional: Sequence[Any], options: Mapp
     arguments, keep = positional_words(positional)
     chosen: Dict[str, Any] = dict(options)
     temporary = None
-    if has_option(command, "out") and chosen.get("out") is None:
+    if has_option(command, "out") and chosen.get("out") is None and not (has_option(command, "list") and
+                                                                         chosen.get("list")):
         temporary = _Folder()
         chosen["out"] = temporary.path / "run"
     if command != "study" and "plots" in chosen and chosen["plots"] is None:

@@ -8,8 +8,9 @@ from typing import Any, Callable, Optional, Sequence
 
 import numpy as np
 
-from ._core import PythonResidual, _twist_components
+from ._core import Problem, PythonResidual, Variable, _twist_components, between
 from .errors import BadInputError
+from .vectors import Rn
 
 _JACOBIANS = ("given", "complex", "difference")
 
@@ -19,17 +20,19 @@ def residual(function: Optional[Callable[..., Any]] = None, *, dim: int, jacobia
     """Makes a residual of a Python function, for Problem.minimize and subject_to. Also a decorator.
 
     The function gets the states that the block reads, one argument each: arrays of shape (n,) for vectors (R1, …),
-    group elements such as SE3 otherwise. It returns the rows, shape (dim,).
+    group elements such as SE3 otherwise. It returns the rows, shape (dim,). The residual can be called with states too.
 
     Args:
         function: the function, or an object that can be called.
         dim: number of rows.
         jacobian: "difference": central differences of right perturbations, step 1e-6. "complex": complex steps, exact
-            to rounding, only for vectors and functions that accept complex numbers. "given": the function accepts
+            to rounding, only for vectors and functions that keep the imaginary part; np.linalg.norm, abs, max and
+            float do not, which the first evaluations detect by differences. "given": the function accepts
             `jacobians: bool` and returns rows, or (rows, [Jacobian of each state, shape (dim, dof)]).
         batched: one call evaluates all blocks. States and rows then have one more axis in front: (n, dof), (n, dim),
             and Jacobians (n, dim, dof); group elements are arrays.
-        data: arrays with one row for each block, for batched functions, which get them after the states.
+        data: arrays with one row for each block, for batched functions, which get them after the states. They are
+            copied.
         name: name in messages.
 
     Raise UndefinedResidualError where the residual is undefined; the solver then shortens the step. NaN has the same
@@ -55,7 +58,7 @@ def residual(function: Optional[Callable[..., Any]] = None, *, dim: int, jacobia
         raise BadInputError(f"residual: jacobian is one of {', '.join(_JACOBIANS)}, not {jacobian!r}")
     if not isinstance(dim, (int, np.integer)) or dim < 1:
         raise BadInputError(f"residual: dim is a positive number of rows, not {dim!r}")
-    arrays = tuple(np.asarray(d) for d in (data if isinstance(data, (tuple, list)) else (data,)))
+    arrays = tuple(_constant(d) for d in (data if isinstance(data, (tuple, list)) else (data,)))
     if arrays and not batched:
         raise BadInputError("residual: data need batched=True; without it, use a closure for each block")
     counts = {len(a) if a.ndim else 0 for a in arrays}
@@ -67,31 +70,32 @@ def residual(function: Optional[Callable[..., Any]] = None, *, dim: int, jacobia
                           count=counts.pop() if counts else 1, numbers=np.empty(0), owner=function)
 
 
-def _reference(name: str, function: Any) -> Any:
-    """Returns what a pickle stores of the function of a residual: (module, qualified name), or a callable object."""
-    if function is None:
-        raise BadInputError(f"{name}: a compiled residual cannot be pickled, because its address is valid in this process "
-                            "only; build the problem again")
-    if not isinstance(function, types.FunctionType):
-        return function
-    reference = (function.__module__, function.__qualname__)
-    try:
-        found = _function(reference)
-    except (AttributeError, ImportError):
-        found = None
-    if found is not function:
-        raise BadInputError(f"{name}: the residual cannot be pickled, because its function is not importable as "
-                            f"{'.'.join(reference)}; define it at the top level of a module")
-    return reference
+def _constant(data: Any) -> np.ndarray:
+    """Returns a copy that cannot be changed, because copies of a problem share it."""
+    array = np.array(data)
+    if array.dtype.kind in "fc" and not np.isfinite(array).all():
+        raise BadInputError("residual: the data contain NaN or infinity")
+    array.flags.writeable = False
+    return array
 
 
-def _function(reference: Any) -> Any:
-    """Returns the function of a reference. A residual by this name, made by the decorator, stands for its function."""
-    if not isinstance(reference, tuple):
-        return reference
-    module, qualname = reference
-    found = operator.attrgetter(qualname)(importlib.import_module(module))
-    return found.function if isinstance(found, PythonResidual) else found
+def _call(self: Any, *states: Any, jacobians: bool = False) -> Any:
+    """Returns the rows at these states, shape (dim,) or (n, dim), and with `jacobians` also a list of the Jacobians by
+    right perturbations of each state. States are group elements, or arrays of vectors."""
+    p = Problem()
+    x = [p.add(s if hasattr(s, "dof") else Rn(s)) for s in states]
+    blocks = p.subject_to(self, between(-np.inf, np.inf), x)
+    single = len(blocks) == 1 and all(isinstance(v, Variable) for v in x)
+    parts = [p.linearization(blocks[i]) for i in range(len(blocks))]
+    rows = np.array([r for r, _ in parts]).reshape(len(parts), self.dim)
+    if not jacobians:
+        return rows[0] if single else rows
+    ends = np.cumsum([p.value(v).dof for v in x])[:-1]
+    J = np.array([j for _, j in parts])
+    return (rows[0] if single else rows), list(np.split(J[0] if single else J, ends, axis=-1))
+
+
+setattr(PythonResidual, "__call__", _call)
 
 
 def compiled_residual(function: Any, *, dim: int, data: Any = None, name: Optional[str] = None) -> Any:

@@ -7,6 +7,10 @@ from typing import Any, Dict, Optional, Sequence
 
 import numpy as np
 
+from .errors import BadInputError
+from .results import FitReport, Plan, Results
+from .trajectory import Trajectory
+
 _BLUE, _ORANGE, _GREEN, _GREY = "#0072b2", "#d55e00", "#009e73", "#777777"
 
 
@@ -24,15 +28,41 @@ def _axes(ax: Any, rows: int = 1, height: float = 2.4) -> Any:
     return axes[0, 0] if rows == 1 else axes[:, 0]
 
 
+def _described(thing: Any) -> str:
+    return f"the result of {thing.command}" if isinstance(thing, Results) else f"a {type(thing).__name__}"
+
+
+def _attribute(result: Any, name: str) -> Any:
+    """Returns a part of a result, or None if the result has no such part."""
+    try:
+        return getattr(result, name, None)
+    except BadInputError:
+        return None
+
+
+def _of_rendezvous(result: Results) -> Dict[str, Trajectory]:
+    table = result.table("rendezvous")
+    unknown = np.full((len(table["t"]), 4), np.nan)
+    return {name: Trajectory(table["t"], np.column_stack([table[f"{name}_{k}_m"] for k in "xyz"]), unknown, name=name)
+            for name in ("chaser", "target")}
+
+
 def trajectories(result: Any, ax: Any = None) -> Any:
-    """Draws the plan view of chaser and target, with their truth dashed in the same colours."""
+    """Draws the plan view of chaser and target, with their truth dashed in the same colours. `result` may be a
+    Trajectory, too."""
+    if isinstance(result, Trajectory):
+        known = {result.name: result}
+    elif isinstance(result, Results) and "rendezvous.csv" in result.files:
+        known = _of_rendezvous(result)
+    else:
+        known = {name: _attribute(result, name) for name in ("chaser", "target")}
+        known = {name: trajectory for name, trajectory in known.items() if trajectory is not None}
+    if not known:
+        raise BadInputError(f"plot.trajectories: {_described(result)} has no trajectories")
     ax = _axes(ax)
-    for name, colour in (("chaser", _BLUE), ("target", _ORANGE)):
-        trajectory = getattr(result, name, None)
-        if trajectory is None:
-            continue
+    for (name, trajectory), colour in zip(known.items(), (_BLUE, _ORANGE)):
         ax.plot(*trajectory.positions[:, :2].T, color=colour, label=name)
-        truth = getattr(result, name + "_truth", None)
+        truth = _attribute(result, name + "_truth")
         if truth is not None:
             ax.plot(*truth.positions[:, :2].T, color=colour, linestyle="--", linewidth=0.8, label=f"{name}, truth")
     ax.set_xlabel("x [m]", fontsize=8)
@@ -44,9 +74,13 @@ def trajectories(result: Any, ax: Any = None) -> Any:
 
 def errors(result: Any, columns: Sequence[str] = ("x_m", "y_m", "rz_deg"), ax: Any = None) -> Any:
     """Draws errors over time in their 3σ bands. There is no band where nothing is estimated. Needs truth."""
-    table: Dict[str, np.ndarray] = result.errors
+    table: Optional[Dict[str, np.ndarray]] = _attribute(result, "errors")
     if not table:
-        raise ValueError("the run has no truth, so it has no errors")
+        raise BadInputError(f"plot.errors: {_described(result)} has no errors, which need an estimate with truth")
+    for column in columns:
+        if "error_" + column not in table:
+            known = ", ".join(k[len("error_"):] for k in table if k.startswith("error_"))
+            raise BadInputError(f"plot.errors: there is no column {column}; there are {known}")
     axes = np.atleast_1d(_axes(ax, len(columns), 1.2 * len(columns)))
     for a, column in zip(axes, columns):
         error = table["error_" + column]
@@ -65,10 +99,14 @@ def errors(result: Any, columns: Sequence[str] = ("x_m", "y_m", "rz_deg"), ax: A
 
 
 def residuals(fit: Any, ax: Any = None) -> Any:
-    """Draws mean and standard deviation of the standardised residuals of each component; 0 and 1 are expected."""
+    """Draws mean and standard deviation of the standardised residuals of each component; 0 and 1 are expected. `fit` is
+    a result or its fit report."""
+    report = fit if isinstance(fit, FitReport) else _attribute(fit, "fit")
+    if report is None:
+        raise BadInputError(f"plot.residuals: {_described(fit)} has no fit report; give an estimate")
     ax = _axes(ax)
     names, means, sigmas = [], [], []
-    for sensor, entry in fit["sensors"].items():
+    for sensor, entry in report["sensors"].items():
         for component, values in entry["components"].items():
             if values.get("sigma") is None:
                 continue
@@ -86,9 +124,10 @@ def residuals(fit: Any, ax: Any = None) -> Any:
 
 def consistency(result: Any, ax: Any = None) -> Any:
     """Draws the normalised estimation error squared (NEES) of the target's position, with its 95 % range."""
-    target, truth = result.target, result.target_truth
-    if truth is None:
-        raise ValueError("the run has no truth, so its consistency is unknown")
+    target, truth = _attribute(result, "target"), _attribute(result, "target_truth")
+    if target is None or truth is None or target.covariances is None:
+        raise BadInputError(f"plot.consistency: {_described(result)} has no truth or no covariances; give an estimate "
+                            "with truth")
     ax = _axes(ax)
     inside = (target.t >= truth.t[0]) & (target.t <= truth.t[-1])
     t = target.t[inside]
@@ -108,6 +147,8 @@ def consistency(result: Any, ax: Any = None) -> Any:
 
 def coverage(result: Any, ax: Any = None) -> Any:
     """Draws when each sensor measured the target: one strip for each sensor."""
+    if not isinstance(result, Results) or "target_fixes.csv" not in result.files:
+        raise BadInputError(f"plot.coverage: {_described(result)} has no measurements; give an estimate")
     ax = _axes(ax, height=1.4)
     table = result.table("target_fixes")
     names = list(dict.fromkeys(table["sensor"]))
@@ -123,6 +164,8 @@ def coverage(result: Any, ax: Any = None) -> Any:
 
 def sparsity(problem: Any, ax: Any = None) -> Any:
     """Draws which variables occur together in a block: the sparsity of the Hessian."""
+    if not hasattr(problem, "_block_variables"):
+        raise BadInputError(f"plot.sparsity: expected a Problem, not {_described(problem)}")
     ax = _axes(ax, height=3.2)
     pairs = {(a, b) for block in problem._block_variables() for a in block for b in block}
     if pairs:
@@ -137,6 +180,8 @@ def sparsity(problem: Any, ax: Any = None) -> Any:
 
 def plan(result: Any, ax: Any = None) -> Any:
     """Draws the plan view of a planned chaser and the predicted target."""
+    if not isinstance(result, Plan):
+        raise BadInputError(f"plot.plan: expected a plan, not {_described(result)}")
     ax = _axes(ax)
     ax.plot(*result.chaser.positions[:, :2].T, color=_BLUE, label="planned chaser")
     ax.plot(*result.target.positions[:, :2].T, color=_ORANGE, label="predicted target")

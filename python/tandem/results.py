@@ -11,7 +11,7 @@ import numpy as np
 from . import _html
 from ._table import read_table
 from .errors import BadInputError
-from .trajectory import Trajectory
+from .trajectory import ENTRIES, Trajectory
 
 
 class Summary(Mapping[str, Any]):
@@ -156,8 +156,8 @@ class Results:
         return not self.incomplete
 
     def __repr__(self) -> str:
-        name = self.summary.get("scenario", "")
-        return f"<{self.command} of {name}: {self.incomplete or self.summary.get('message') or 'complete'}>"
+        name = self.summary.get("scenario") or self.summary.get("name")
+        return f"<{self.command}{f' of {name}' if name else ''}: {self.incomplete or self.summary.get('message') or 'complete'}>"
 
     def __getstate__(self) -> Dict[str, Any]:
         files = {} if self._folder is None else {f: (self._folder / f).read_bytes() for f in self.files
@@ -236,7 +236,11 @@ class Estimate(_Trajectories):
 
     @property
     def relative(self) -> Trajectory:
-        """The target in the chaser's body frame, T_chaser_target, at the times of the target. Without covariances."""
+        """The target in the chaser's body frame, T_chaser_target, at the times of the target.
+
+        Its covariances need the cross covariances of the run, and are NaN where the target has no orientation; they are
+        None if the run has none.
+        """
         chaser, target = self.chaser.at(self.target.t), self.target
         known = target.has_orientation
         positions = np.empty_like(target.positions)
@@ -247,7 +251,32 @@ class Estimate(_Trajectories):
             rotation = to_body.rotation.matrix()[known] @ target.poses[known, :3, :3]
             from ._core import SO3
             quaternions[known] = SO3(rotation).quaternion(order="xyzw")
-        return Trajectory(target.t, positions, quaternions, name="relative")
+        return Trajectory(target.t, positions, quaternions, covariances=self._relative_covariances(chaser, target),
+                          name="relative")
+
+    def _relative_covariances(self, chaser: Trajectory, target: Trajectory) -> Optional[np.ndarray]:
+        if "cross_covariance.csv" not in self.files or chaser.covariances is None or target.covariances is None:
+            return None
+        table = self.table("cross_covariance")
+        if not all(name in table for name in ENTRIES):  # of points
+            return None
+        cross = np.stack([table[name] for name in ENTRIES], axis=1).reshape(-1, 6, 6)
+        # Only keyframes have a cross covariance.
+        row = np.clip(np.searchsorted(table["t"], target.t), 0, len(cross) - 1)
+        known = target.has_orientation & np.isclose(table["t"][row], target.t, rtol=0, atol=1e-9)
+        known &= np.isclose(self.chaser.t[np.clip(np.searchsorted(self.chaser.t, target.t - 1e-9), 0,
+                                                  len(self.chaser) - 1)], target.t, rtol=0, atol=1e-9)
+        result = np.full((len(target), 6, 6), np.nan)
+        if not np.any(known):
+            return result
+        # Right perturbations: d(C^-1 T) = dT - Ad(T^-1 C) dC.
+        at = target.t[known]
+        A = (target.at(at).se3.inverse() @ chaser.at(at).se3).adjoint()
+        At, C = A.transpose(0, 2, 1), cross[row[known]]
+        assert chaser.covariances is not None and target.covariances is not None
+        result[known] = (target.covariances[known] + A @ chaser.covariances[known] @ At - A @ C -
+                         C.transpose(0, 2, 1) @ At)
+        return result
 
     @property
     def weights(self) -> Dict[str, np.ndarray]:

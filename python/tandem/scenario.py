@@ -15,6 +15,7 @@ import numpy as np
 from . import _build, _html
 from ._core import parse_yaml
 from .errors import BadInputError
+from .results import Results
 from .trajectory import Trajectory
 
 # Columns of the files of each type of sensor. docs/file_formats.md describes them.
@@ -78,7 +79,10 @@ class Scenario:
         self.incomplete = ""
 
     @classmethod
-    def _of_run(cls, command: str, summary: Dict[str, Any], folder: pathlib.Path, temporary: Any) -> "Scenario":
+    def _of_run(cls, command: str, summary: Dict[str, Any], folder: Optional[pathlib.Path],
+                temporary: Any) -> Any:
+        if folder is None:  # import_log(list=True) describes the recording only
+            return Results._of_run(command, summary, None, None)
         scenario = read_scenario(folder)
         scenario._temporary = temporary
         return scenario

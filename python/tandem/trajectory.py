@@ -10,7 +10,7 @@ from ._core import SE3, SO3
 from ._table import read_table
 from .errors import BadInputError
 
-_ENTRIES = [f"c{i}{j}" for i in range(1, 7) for j in range(1, 7)]
+ENTRIES = [f"c{i}{j}" for i in range(1, 7) for j in range(1, 7)]
 
 
 class Trajectory:
@@ -74,7 +74,7 @@ class Trajectory:
         positions = columns("x", "y", "z")
         assert positions is not None
         quaternions = columns("qx", "qy", "qz", "qw")
-        covariances = columns(*_ENTRIES)
+        covariances = columns(*ENTRIES)
         return cls(c["t"], positions, np.full((len(positions), 4), np.nan) if quaternions is None else quaternions,
                    columns("vx", "vy", "vz", "wx", "wy", "wz"),
                    None if covariances is None else covariances.reshape(-1, 6, 6), name)
@@ -182,7 +182,7 @@ class Trajectory:
         if self.twists is not None:
             columns.update(zip(("vx", "vy", "vz", "wx", "wy", "wz"), self.twists.T))
         if self.covariances is not None:
-            columns.update(zip(_ENTRIES, self.covariances.reshape(len(self), 36).T))
+            columns.update(zip(ENTRIES, self.covariances.reshape(len(self), 36).T))
         return pandas.DataFrame(columns, index=pandas.Index(self.t, name="t"))
 
     def __repr__(self) -> str:

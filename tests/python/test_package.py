@@ -41,6 +41,26 @@ def test_examples_in_docstrings_of_the_compiled_module():
     assert found >= 8 and runner.failures == 0
 
 
+def test_figures_of_any_result():
+    pytest.importorskip("matplotlib").use("Agg")
+    estimate = tandem.estimate("docking_a", max_keyframes=60)
+    plan = tandem.plan("docking_a", at=600)
+    rendezvous = tandem.rendezvous(duration=10)
+    for drawn in (estimate, plan, rendezvous, estimate.target):
+        assert tandem.plot.trajectories(drawn).lines
+    assert tandem.plot.residuals(estimate).get_xticks() is not None
+    functions = [getattr(tandem.plot, name) for name in
+                 ("trajectories", "errors", "residuals", "consistency", "coverage", "sparsity", "plan")]
+    for function in functions:
+        for thing in (estimate, plan, rendezvous, estimate.target, tandem.models, 5, None):
+            try:
+                function(thing)
+            except tandem.BadInputError as error:
+                assert str(error).startswith("plot.") and "\n" not in str(error)
+    with pytest.raises(tandem.BadInputError, match="no column z_km"):
+        tandem.plot.errors(estimate, columns=["z_km"])
+
+
 def test_public_names_have_docstrings():
     for name in dir(tandem):
         thing = getattr(tandem, name)

@@ -67,6 +67,14 @@ def test_trajectories(docking):
     assert np.allclose((chaser.at(target.t).se3 @ relative.se3).minus(target.se3), 0, atol=1e-9)
 
 
+def test_covariances_of_the_relative_pose(docking):
+    S, errors = docking.relative.covariances, docking.errors
+    position = np.linalg.norm([errors[f"three_sigma_{k}_m"] for k in "xyz"], axis=0)
+    assert np.allclose(3 * np.sqrt(np.trace(S[:, :3, :3], axis1=1, axis2=2)), position, rtol=1e-3)
+    rotation = np.radians([errors[f"three_sigma_r{k}_deg"] for k in "xyz"]).T
+    assert np.allclose(3 * np.sqrt(np.diagonal(S, axis1=1, axis2=2))[:, 3:], rotation, rtol=1e-3)
+
+
 def test_interpolated_covariances_are_exact_at_keyframes_and_bounded_between(docking):
     target = docking.target
     at = target.at(target.t)
@@ -264,6 +272,17 @@ def test_other_commands():
     simulated = tandem.simulate("docking", minutes=1)
     assert "usbl" in simulated.measurements
     assert tandem.estimate(simulated).converged
+
+
+def test_recordings_are_imported_described_and_exported(docking, tmp_path):
+    assert "tum" in tandem.export(docking, format="tum").summary.format
+    assert tandem.info(tandem.read_scenario("docking_a")).summary.name == "docking_a"
+    (tmp_path / "log.csv").write_text("t,depth\n0,1\n1,2\n")
+    streams = tandem.import_log(tmp_path / "log.csv", list=True).summary["streams"]
+    assert [s["rows"] for s in streams] == [2]
+    with pytest.raises(tandem.BadInputError, match="map"):
+        tandem.import_log(tmp_path / "log.csv")
+    assert tandem.tune("docking_a", dry_run=True).converged
 
 
 def test_tracker_equals_the_command_line():
