@@ -70,6 +70,33 @@ def residual(function: Optional[Callable[..., Any]] = None, *, dim: int, jacobia
                           count=counts.pop() if counts else 1, numbers=np.empty(0), owner=function)
 
 
+def _reference(name: str, function: Any) -> Any:
+    """Returns what a pickle stores of the function of a residual: (module, qualified name), or a callable object."""
+    if function is None:
+        raise BadInputError(f"{name}: a compiled residual cannot be pickled, because its address is valid in this process "
+                            "only; build the problem again")
+    if not isinstance(function, types.FunctionType):
+        return function
+    reference = (function.__module__, function.__qualname__)
+    try:
+        found = _function(reference)
+    except (AttributeError, ImportError):
+        found = None
+    if found is not function:
+        raise BadInputError(f"{name}: the residual cannot be pickled, because its function is not importable as "
+                            f"{'.'.join(reference)}; define it at the top level of a module")
+    return reference
+
+
+def _function(reference: Any) -> Any:
+    """Returns the function of a reference. A residual by this name, made by the decorator, stands for its function."""
+    if not isinstance(reference, tuple):
+        return reference
+    module, qualname = reference
+    found = operator.attrgetter(qualname)(importlib.import_module(module))
+    return found.function if isinstance(found, PythonResidual) else found
+
+
 def _constant(data: Any) -> np.ndarray:
     """Returns a copy that cannot be changed, because copies of a problem share it."""
     array = np.array(data)

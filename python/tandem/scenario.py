@@ -250,15 +250,25 @@ class TemporaryFolder:
         return text.replace(self._path, f"scenario {self._scenario.name}")
 
 
+def share(folder: str) -> pathlib.Path:
+    """Returns a folder of the installed data: scenarios or vehicles."""
+    return pathlib.Path(_build.__file__).parent / _build.DATA_FROM_PACKAGE / folder
+
+
+def scenario_folder(path: "Union[str, os.PathLike[str]]") -> pathlib.Path:
+    """Returns the folder of a scenario, or of a built-in one by its name."""
+    folder = pathlib.Path(path)
+    if (folder / "scenario.yaml").exists():
+        return folder
+    builtin = share("scenarios") / folder
+    if folder.name != str(path) or not (builtin / "scenario.yaml").exists():
+        raise BadInputError(f"{folder} is neither a folder with scenario.yaml nor the name of a built-in scenario")
+    return builtin
+
+
 def read_settings(path: "Union[str, os.PathLike[str]]") -> Scenario:
     """Reads a scenario without its data."""
-    folder = pathlib.Path(path)
-    if not (folder / "scenario.yaml").exists():
-        commands = pathlib.Path(_build.__file__).parent / _build.COMMANDS_FROM_PACKAGE
-        builtin = commands / "../../share/tandem/scenarios" / folder
-        if folder.name != str(path) or not (builtin / "scenario.yaml").exists():
-            raise BadInputError(f"{folder} is neither a folder with scenario.yaml nor the name of a built-in scenario")
-        folder = builtin
+    folder = scenario_folder(path)
     document = parse_yaml((folder / "scenario.yaml").read_text(encoding="utf-8"), str(folder / "scenario.yaml"))
     if not isinstance(document, dict):
         raise BadInputError(f"{folder / 'scenario.yaml'}: must be a mapping of keys to values")

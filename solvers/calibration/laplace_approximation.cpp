@@ -51,9 +51,7 @@ const SymmetricPattern& LaplaceApproximation::pattern() const {
   return nlp_.hessian_pattern();
 }
 
-void LaplaceApproximation::save_values() {
-  saved_values_.emplace(problem_);
-}
+void LaplaceApproximation::save_values() { saved_values_.emplace(problem_); }
 
 void LaplaceApproximation::restore_values() {
   if (!saved_values_) return;

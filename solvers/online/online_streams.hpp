@@ -65,6 +65,7 @@ class OnlineEstimator::Streams {
   }
   std::optional<Alignment> handover_start() const;
   Instant at(double t) const { return window_->at(t, odometry_); }
+  const std::vector<std::pair<double, double>>& imu_exclusions() const { return imu_exclusions_; }
 
  private:
   using Clock = std::chrono::steady_clock;

@@ -70,6 +70,10 @@ class OnlineWindow {
   std::optional<TargetState> predicted_target(double h) const;
   std::optional<RelativeTarget> relative_target(double h) const;
   OnlineEstimator::Covariance covariance() const;
+  // Only if has_chain(): the last keyframe at or before t, or the oldest; its state and covariance.
+  const EgoKeyframe& own_keyframe(double t) const;
+  EgoState own_state(const EgoKeyframe& keyframe) const { return chain_->state(keyframe); }
+  OnlineEstimator::Covariance own_covariance(const EgoKeyframe& keyframe) const;
   OnlineEstimator::Instant at(double t, const std::vector<Stamped<SE3>>& odometry) const;
   std::vector<OnlineEstimator::SensorError> sensor_errors() const;
   std::optional<MotionHypotheses::Checkpoint> hypotheses() const;

@@ -391,7 +391,7 @@ Command track_command() {
         option("--every", "SECONDS", "Wall-clock time between snapshots [s] (default 10)", request->every,
                parse_positive);
         add_output(option, request->output,
-                   {.writes = "Write filtered trajectories, errors, summary.json and plots to DIR"});
+                   {.writes = "Write filtered trajectories, errors, summary.json and plots to DIR", .judges = true});
         add_at(option, live.at, request->output, "chaser_at.csv and target_at.csv");
         option.flag("--json-lines", "Print each update as a line of JSON, and finally the summary as another one",
                     request->json_lines);

@@ -12,8 +12,8 @@ namespace tandem {
 namespace {
 
 using ::testing::HasSubstr;
-using ::testing::ThrowsMessage;
 using testing::LevelTurn;
+using ::testing::ThrowsMessage;
 
 constexpr double kDuration = 8;  // s
 
