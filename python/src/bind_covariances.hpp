@@ -37,7 +37,7 @@ void bind_covariances(Class& c, Joint joint) {
       py::arg("x"), "covariance(x)\n\nReturn the covariance, shape (dof, dof), or (n, dof, dof) of an array.");
   c.def(
       "joint",
-      [joint](const Self& self, const py::list& x) {
+      [joint](const Self& self, py::handle x) {
         const BlockVariables variables = block_variables(x, "joint");
         std::vector<VariableHandle> handles;
         std::vector<int> dofs;

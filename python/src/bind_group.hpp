@@ -236,11 +236,10 @@ py::class_<Elements<G>> bind_group(py::module_& m, const std::string& name, cons
   c.def(
       "interpolate",
       [what = of("interpolate")](const E& x, const E& y, py::handle s, bool jacobians) -> py::object {
-        const Numbers at = numbers(s, what);
-        if (at.ndim() > 1) throw py::value_error(what + ": expected s of shape () or (n,), not " + shape_text(at));
-        const bool s_single = at.ndim() == 0, xy_single = x.single && y.single, single = s_single && xy_single;
+        const Batch at = batch(s, {}, what + ": s");
+        const bool s_single = at.single, xy_single = x.single && y.single, single = s_single && xy_single;
         std::size_t count = common_size(x.size(), x.single, y.size(), y.single, what);
-        count = common_size(count, xy_single, std::size_t(at.size()), s_single, what);
+        count = common_size(count, xy_single, at.count, s_single, what);
         const double* fraction = at.data();
         const auto s_of = [&](std::size_t i) { return fraction[s_single ? 0 : i]; };
         E z = map_elements<G>(count, single, [&](std::size_t i) { return interpolate(x[i], y[i], s_of(i)); });
@@ -276,6 +275,11 @@ py::class_<Elements<G>> bind_group(py::module_& m, const std::string& name, cons
     std::size_t start, stop, step, length;
     if (!slice.compute(x.size(), &start, &stop, &step, &length)) throw py::error_already_set();
     return map_elements<G>(length, false, [&](std::size_t i) { return x.x[start + i * step]; });
+  });
+  c.def("__getitem__", [name](const E& x, py::handle selection) {
+    if (x.single) throw py::type_error("a single " + name + " cannot be indexed");
+    const std::vector<std::size_t> at = indices(selection, x.size());
+    return map_elements<G>(at.size(), false, [&](std::size_t i) { return x.x[at[i]]; });
   });
   c.def_property_readonly(
       "parameters",
@@ -330,6 +334,13 @@ Matrix<N, N> checked_rotation(const Matrix<N, N>& M, const std::string& what) {
   if (!(M.transpose() * M).isIdentity(1e-6) || M.determinant() < 0)
     throw py::value_error(what + ": the matrix is not a rotation (R' R = I and det R = 1, within 1e-6)");
   return M;
+}
+
+/// Throws ValueError unless the last row of T is 0 … 0 1 within 1e-6.
+template <int N>
+void check_last_row(const Matrix<N, N>& T, const std::string& what) {
+  if (!((T.row(N - 1) - Vector<N>::Unit(N - 1).transpose()).cwiseAbs().maxCoeff() < 1e-6))
+    throw py::value_error(what + ": the last row of the matrix is not 0 ... 0 1");
 }
 
 /// Converts rotations to elements: elements of SO3, rotation matrices, or a scipy Rotation.

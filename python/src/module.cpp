@@ -1,10 +1,11 @@
-#include "bind_group.hpp"
+#include "bind_bundle.hpp"
 #include "noise.hpp"
 #include "problem_object.hpp"
 #include "python_error.hpp"
 #include "python_residual.hpp"
 #include "residual_family.hpp"
 #include "settings.hpp"
+#include "wrapped_residuals.hpp"
 
 PYBIND11_MODULE(_core, m) {
   using namespace tandem::python;
@@ -16,6 +17,7 @@ PYBIND11_MODULE(_core, m) {
   bind_extended_poses(m);
   bind_vectors(m);
   bind_long_vectors(m);
+  bind_bundles(m);
   bind_settings(m);
   bind_noise(m);
   bind_residual_class(m);
@@ -23,6 +25,8 @@ PYBIND11_MODULE(_core, m) {
   bind_sightings(m);
   bind_motion(m);
   bind_own_sensors(m);
+  bind_dynamics(m);
+  bind_wrapped_residuals(m);
   bind_python_residual(m);
   bind_variables(m);
   bind_problem(m);

@@ -12,22 +12,12 @@
 namespace tandem::python {
 namespace {
 
-/// Returns f(). Errors of readers of settings and rows, which have no type of their own, become BadInputError.
-template <class F>
-auto checked(F f) {
-  try {
-    return f();
-  } catch (const Error& error) {
-    if (typeid(error) == typeid(Error)) throw BadInputError(error.what());
-    throw;
-  }
-}
-
 /// An online estimator with the settings of its scenario, which convert rows to measurements.
 class PyOnlineEstimator {
  public:
   PyOnlineEstimator(const std::string& folder, const std::vector<std::string>& words, const py::dict& given)
-      : PyOnlineEstimator(checked([&] { return apply_words(words, read_settings(folder, RowsIn::stream)); }), given) {}
+      : PyOnlineEstimator(checked_input([&] { return apply_words(words, read_settings(folder, RowsIn::stream)); }),
+                          given) {}
 
   /// Returns f(estimator), computed without the interpreter's lock.
   template <class F>
@@ -63,7 +53,7 @@ class PyOnlineEstimator {
     };
     const std::string missing = "the row stands for missing data";
     const auto text = [](const std::optional<Rejection>& why) { return why ? why->text : std::string(); };
-    return checked([&] {
+    return checked_input([&] {
       return change([&](OnlineEstimator& e) -> std::string {
         if (s.kind == Kind::odometry)
           return is_missing_pose(x) ? missing : text(e.add_odometry(world_pose(x, frame, planar)));

@@ -9,6 +9,13 @@ py::object Options::find(const char* name) {
   return given_[name];
 }
 
+void Options::operator()(const char* name, std::map<std::string, std::string>& value) {
+  const py::object given = find(name);
+  if (!given) return;
+  if (!py::isinstance<py::dict>(given)) throw_wrong(name, given);
+  for (const auto& [key, of_key] : py::reinterpret_borrow<py::dict>(given)) value[py::str(key)] = py::str(of_key);
+}
+
 void Options::throw_wrong(const char* name, const py::object& given) const {
   throw py::type_error(owner_ + ": option " + name + " has the wrong type: " + std::string(py::repr(given)));
 }

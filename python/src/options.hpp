@@ -28,6 +28,8 @@ class Options {
       throw_wrong(name, given);
     }
   }
+  /// A dictionary of texts or numbers.
+  void operator()(const char* name, std::map<std::string, std::string>& value);
   template <int N>
   void operator()(const char* name, Vector<N>& value) {
     const py::object given = find(name);

@@ -56,6 +56,7 @@ void bind_planar(py::module_& m) {
         return map_elements<SE2>(M.count, M.single, [&](std::size_t i) {
           const Matrix<3, 3> T = ConstRowMajor<3, 3>(M.data() + 9 * i);
           const Matrix<2, 2> turn = checked_rotation<2>(T.topLeftCorner<2, 2>(), "SE2.from_matrix");
+          check_last_row(T, "SE2.from_matrix");
           return SE2(SO2(std::atan2(turn(1, 0), turn(0, 0))), T.topRightCorner<2, 1>());
         });
       },

@@ -31,7 +31,9 @@ void bind_poses(py::module_& m) {
         const Batch M = batch(matrix, {4, 4}, "SE3.from_matrix");
         return map_elements<SE3>(M.count, M.single, [&](std::size_t i) {
           const Matrix<4, 4> T = ConstRowMajor<4, 4>(M.data() + 16 * i);
-          return SE3(SO3(checked_rotation<3>(T.topLeftCorner<3, 3>(), "SE3.from_matrix")), T.topRightCorner<3, 1>());
+          const SO3 R(checked_rotation<3>(T.topLeftCorner<3, 3>(), "SE3.from_matrix"));
+          check_last_row(T, "SE3.from_matrix");
+          return SE3(R, T.topRightCorner<3, 1>());
         });
       },
       py::arg("matrix"), "from_matrix(matrix)\n\nReturn the poses of 4 x 4 matrices.");

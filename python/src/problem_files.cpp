@@ -6,6 +6,7 @@
 #include <tandem/problem/file/problem_file.hpp>
 
 #include "problem_object.hpp"
+#include "python_error.hpp"
 #include "python_residual.hpp"
 
 namespace tandem::python {
@@ -87,7 +88,9 @@ void bind_problem_files(py::class_<PyProblem, std::shared_ptr<PyProblem>>& c) {
   c.def_static(
       "read",
       [](const py::object& path) {
-        return std::make_shared<PyProblem>(std::make_shared<Problem>(read_problem(path_of(path))));
+        const std::string file = path_of(path);
+        return std::make_shared<PyProblem>(
+            checked_input([&] { return std::make_shared<Problem>(read_problem(file)); }));
       },
       py::arg("path"), "read(path)\n\nRead a problem file.");
   c.def(py::pickle(&pickled, &unpickled));

@@ -3,8 +3,11 @@
 #include <memory>
 #include <stdexcept>
 #include <string>
+#include <typeinfo>
 
 #include <pybind11/pybind11.h>
+
+#include <tandem/lie/error.hpp>
 
 namespace tandem::python {
 
@@ -30,6 +33,17 @@ class PythonError : public std::runtime_error {
 
   std::shared_ptr<py::error_already_set> error_;
 };
+
+/// Returns f(). Errors of readers, which have no type of their own, become BadInputError.
+template <class F>
+auto checked_input(F f) {
+  try {
+    return f();
+  } catch (const Error& error) {
+    if (typeid(error) == typeid(Error)) throw BadInputError(error.what());
+    throw;
+  }
+}
 
 /// Returns a class of tandem.errors.
 py::object exception_class(const char* name);

@@ -39,15 +39,24 @@ struct MemberFrom;
 template <>
 struct MemberFrom<double> {
   static Flat flatten(py::handle value, const std::string& what) {
-    const Batch x = batch(value, {}, what);
+    const Batch x = batch(value, {}, what, false);
     return {{x.data(), x.data() + x.count}, x.count, 1, x.single};
   }
 };
 template <int N>
 struct MemberFrom<Vector<N>> {
   static Flat flatten(py::handle value, const std::string& what) {
-    const Batch x = batch(value, {N}, what);
+    const Batch x = batch(value, {N}, what, false);  // bounds may be infinite
     return {{x.data(), x.data() + x.count * N}, x.count, std::size_t(N), x.single};
+  }
+};
+template <int R, int C>
+requires(C > 1) struct MemberFrom<Matrix<R, C>> {
+  static Flat flatten(py::handle value, const std::string& what) {
+    const Batch x = batch(value, {R, C}, what);
+    return flat_fields<Matrix<R, C>>(x.count, x.single, [&](std::size_t i) -> Matrix<R, C> {
+      return ConstRowMajor<R, C>(x.data() + i * std::size_t(R * C));
+    });
   }
 };
 template <int N>
@@ -121,6 +130,15 @@ struct MembersOf<std::tuple<Ts&...>> {
   }
 };
 
+/// Returns references to x if Python has its type, otherwise to the leaves of its members, in the order of fields().
+template <class T>
+auto leaves(T& x) {
+  if constexpr (requires { &MemberFrom<T>::flatten; })
+    return std::tie(x);
+  else
+    return std::apply([](auto&... members) { return std::tuple_cat(leaves(members)...); }, x.fields());
+}
+
 template <class States>
 struct TypesOf;
 template <class... Xs>
@@ -139,7 +157,7 @@ void add_instance(Family& family) {
   R preset{};
   Instance instance;
   instance.states = TypesOf<typename R::States>::list();
-  instance.members = MembersOf<decltype(preset.fields())>::list(preset.fields());
+  instance.members = MembersOf<decltype(leaves(preset))>::list(leaves(preset));
   instance.soft = registered_type(typeid(R), false);
   instance.hard = registered_type(typeid(R), true);
   if (instance.members.size() != family.members.size())
@@ -192,5 +210,6 @@ void bind_measurements(py::module_& m);
 void bind_sightings(py::module_& m);
 void bind_motion(py::module_& m);
 void bind_own_sensors(py::module_& m);
+void bind_dynamics(py::module_& m);
 
 }  // namespace tandem::python

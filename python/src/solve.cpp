@@ -14,6 +14,8 @@ Summary run(PyProblem& self, Solver options, const std::string& name, const py::
   Options reader(name, given);
   visit_options(options, reader);
   reader.finish();
+  if (options.max_iterations < 0 || !(options.time_limit >= 0))
+    throw BadInputError(name + ": max_iterations and time_limit must not be negative");
   PyProblem::Solve solving(self);
   Problem& problem = self.read();
   WatchedSolve watched(progress);

@@ -38,7 +38,8 @@ std::map<std::string, VariableFunctions> functions_by_type() {
 
 const VariableFunctions& variable_functions(const Group& group) {
   static const auto all =
-      functions_by_type<SO2, SE2, SO3, SE3, SE23, Rn<1>, Rn<2>, Rn<3>, Rn<4>, Rn<5>, Rn<6>, Rn<9>, Rn<12>>();
+      functions_by_type<SO2, SE2, SO3, SE3, SE23, Rn<1>, Rn<2>, Rn<3>, Rn<4>, Rn<5>, Rn<6>, Rn<9>, Rn<12>,
+                        Bundle<SE3, R3>, Bundle<SE3, Rn<6>>, Bundle<SE3, SE3>, Bundle<SE2, R3>>();
   return all.at(group.type->name());
 }
 
@@ -100,13 +101,9 @@ void bind_variables(py::module_& m) {
     for (std::size_t i = 0; i < length; ++i) part.handles.push_back(x.handles[start + i * step]);
     return part;
   });
-  a.def("__getitem__", [](const PyVariables& x, const py::array_t<py::ssize_t, py::array::forcecast>& indices) {
+  a.def("__getitem__", [](const PyVariables& x, py::handle selection) {
     PyVariables part{{}, x.group};
-    for (py::ssize_t k = 0; k < indices.size(); ++k) {
-      const py::ssize_t i = indices.data()[k];
-      if (i < 0 || i >= py::ssize_t(x.handles.size())) throw py::index_error("an index is outside the variables");
-      part.handles.push_back(x.handles[std::size_t(i)]);
-    }
+    for (const std::size_t i : indices(selection, x.handles.size())) part.handles.push_back(x.handles[i]);
     return part;
   });
   a.def("__repr__", [](const PyVariables& x) {

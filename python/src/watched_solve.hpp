@@ -14,7 +14,10 @@ namespace tandem::python {
 class WatchedSolve {
  public:
   /// `progress` is a function or None.
-  explicit WatchedSolve(py::object progress = py::none()) : progress_(std::move(progress)) {}
+  explicit WatchedSolve(py::object progress = py::none()) : progress_(std::move(progress)) {
+    if (!progress_.is_none() && !PyCallable_Check(progress_.ptr()))
+      throw py::type_error("progress: expected a function or None, not " + std::string(py::repr(progress_)));
+  }
   WatchedSolve(const WatchedSolve&) = delete;
 
   const std::atomic<bool>& stop() const { return stop_; }

@@ -170,6 +170,8 @@ def TwistComponents(dt: Any, axes: str) -> Any:
             0 is the non-holonomic constraint of a vehicle that moves along its axis.
     """
     order = ("surge", "sway", "heave", "roll_rate", "pitch_rate", "yaw_rate")
+    if not isinstance(axes, str):
+        raise BadInputError(f"TwistComponents: the axes are a text of {', '.join(order)}, not {axes!r}")
     words = axes.split()
     for word in words:
         if word not in order:

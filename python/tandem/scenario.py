@@ -62,6 +62,9 @@ class Scenario:
                  **settings: Any) -> None:
         self.name = name
         self.settings: Dict[str, Any] = {**settings, "keyframe_interval": float(keyframe_interval)}
+        for what, mapping in (("noise", noise), ("measurements", measurements), ("sensors", sensors)):
+            if mapping is not None and not isinstance(mapping, Mapping):
+                raise BadInputError(f"{what}: expected a dictionary by the names of sensors, not {mapping!r}")
         self.noise: Dict[str, Any] = {k: _plain(v, f"noise {k}") for k, v in noise.items()}
         self.sensors: Dict[str, Dict[str, Any]] = {k: dict(v) for k, v in (sensors or {}).items()}
         self.odometry = _trajectory(odometry, "odometry")

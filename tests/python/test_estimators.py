@@ -69,6 +69,27 @@ def test_bad_calibrations_are_one_sentence(call, error, message):
     assert p.solve().converged  # not marked as being solved
 
 
+def test_interrupted_calibration_returns_the_best_factors():
+    p, steps, fixes = walk()
+
+    def progress(_):
+        raise KeyboardInterrupt
+
+    c = tandem.Calibration(p, {"steps": steps, "fixes": fixes}, progress=progress)
+    assert c.status == "interrupted" and np.isfinite(list(c.factors.values())).all()
+
+
+def test_exceptions_of_the_progress_of_a_calibration_are_chained():
+    p, steps, fixes = walk(n=20)
+
+    def progress(_):
+        raise KeyError("mine")
+
+    with pytest.raises(tandem.ResidualError) as error:
+        tandem.Calibration(p, {"steps": steps}, progress=progress)
+    assert isinstance(error.value.__cause__, KeyError)
+
+
 def fed(estimator, scenario, n=12):
     """Feeds odometry and the first n fixes in order of time; returns the reasons of rejections."""
     rows = [("odometry", [t, *p, *q]) for t, p, q in

@@ -134,6 +134,65 @@ def test_pickled_and_written_problems_are_complete(tmp_path):
         assert q.solve().cost == p.copy().solve().cost
 
 
+POSE, OTHER = SE3.exp([0.1, 0.2, -0.1, 0.1, -0.2, 0.3]), SE3.exp([4.0, 1.0, 0.5, -0.1, 0.2, 0.4])
+POINT, ZERO = R3([4.0, 1.0, 0.5]), R1([0.1])
+SAMPLES = np.array([[0.1 * k, 0.1, 0.2, 9.8, 0.01, -0.02, 0.03] for k in range(11)])
+NOISE = dict(accelerometer=1e-2, gyroscope=1e-3, accelerometer_bias_walk=1e-4, gyroscope_bias_walk=1e-5)
+
+
+@pytest.mark.parametrize("residual, states", [
+    (tandem.Interpolated(tandem.Range(3.0), 0.3), [POSE, POSE.plus(np.full(6, 0.1)), OTHER, OTHER.plus(np.full(6, 0.1))]),
+    (tandem.Interpolated(tandem.UsblPosition([1, 2, 3]), 0.3), [POSE, POSE, POINT, R3([5.0, 1.0, 0.0])]),
+    (tandem.SteadyCourse(tandem.Bearing([1, 0.1, 0.2]), 2.0), [POSE, OTHER, ZERO]),
+    (tandem.WithBias(tandem.RangeBearing(3.0, [1, 0, 0])), [POSE, OTHER, R3([0.1, 0.2, 0.3])]),
+    (tandem.WithBias(tandem.Depth(1.0)), [POSE, ZERO]),
+    (tandem.Miscalibrated(tandem.UsblSpherical(3.0, 0.2, 0.1), before=1.0, after=1.0),
+     [POSE, POSE.plus(np.full(6, -0.1)), POSE.plus(np.full(6, 0.1)), POINT, R3([3.9, 1.0, 0.5]), R3([4.1, 1.0, 0.5]),
+      R3([0.1, 0.0, 0.1]), ZERO, tandem.SO3.exp([0.1, 0.0, 0.1]), R1([0.05])]),
+    (tandem.SoftBound(tandem.Range(0.0), tandem.at_most(2.0)), [POSE, OTHER]),
+    (tandem.SoftBound(tandem.TwistComponents(1.0, "surge"), (-np.inf, 1.0)), [POSE, OTHER]),
+    (tandem.TwistKinematics(0.5), [POSE, tandem.R6([1, 0, 0, 0, 0, 0.1]), OTHER, tandem.R6([1.1, 0, 0, 0, 0, 0.1])]),
+    (tandem.ActuatorLag([0.5, 0.9, 0.0]), [R3([1.0, 2.0, 3.0])] * 3),
+    (tandem.InsideCone(0.5), [POSE, POINT]),
+    (tandem.Visibility(range=5.0), [POSE, OTHER, ZERO]),
+    (tandem.preintegrate_imu(SAMPLES, **NOISE)[0],
+     [POSE, R3([1.0, 0.0, 0.0]), tandem.R6(np.full(6, 0.01)), OTHER, R3([1.1, 0.1, -0.1]), tandem.R6(np.full(6, 0.02))]),
+    (tandem.Prior(tandem.Bundle(POSE, POINT)), [tandem.Bundle(OTHER, R3([1.0, 2.0, 3.0]))]),
+    (tandem.RelativePose(tandem.Bundle(POSE, OTHER)), [tandem.Bundle(OTHER, POSE), tandem.Bundle(POSE, POSE)]),
+], ids=lambda x: x.name if isinstance(x, tandem.Residual) else "")
+def test_jacobians_of_residuals_with_parts_and_files(residual, states, tmp_path):
+    rows, jacobians = residual(*states, jacobians=True)
+    for s, J in enumerate(jacobians):
+        for k in range(J.shape[1]):
+            step = 1e-6 * np.eye(J.shape[1])[k]
+            ends = [residual(*states[:s], states[s].plus(sign * step), *states[s + 1:]) for sign in (1, -1)]
+            assert np.allclose(J[:, k], (ends[0] - ends[1]) / 2e-6, atol=1e-5), (s, k)
+    p = tandem.Problem()
+    x = [p.add(state, f"x{i}") for i, state in enumerate(states)]
+    p.minimize(residual, 1.0, x)
+    p.subject_to(residual, (rows - 1, rows + 1), x)
+    p.write(tmp_path / "problem.json")
+    q = tandem.Problem.read(tmp_path / "problem.json")
+    assert np.allclose(q.linearization(q.blocks[0])[0], rows, atol=1e-12)
+    assert repr(pickle.loads(pickle.dumps(residual))) == repr(residual)
+
+
+@pytest.mark.parametrize("call, message", [
+    (lambda: tandem.Interpolated(tandem.Prior(SE3()), 0.3), "not available for Prior; it takes Bearing, Range"),
+    (lambda: tandem.SoftBound(tandem.Range(1.0), (1, 2, 3)), "bounds for 1 rows"),
+    (lambda: tandem.Bundle(SE3(), R2([0, 0])), r"SE3 R3; SE3 R6; SE3 SE3; SE2 R3, not \(SE3, R2\)"),
+    (lambda: tandem.Bundle(), "products"),
+    (lambda: tandem.Bundle(SE3.identity(2), R3(np.zeros((3, 3)))), "2 and 3 elements"),
+    (lambda: tandem.preintegrate_imu(SAMPLES[:1], **NOISE), "two samples"),
+    (lambda: tandem.preintegrate_imu(SAMPLES[::-1], **NOISE), "time"),
+    (lambda: tandem.preintegrate_imu(SAMPLES[:, :6]), r"\(7,\)"),
+])
+def test_bad_parts_of_residuals_are_one_sentence(call, message):
+    with pytest.raises((ValueError, TypeError), match=message) as error:
+        call()
+    assert "\n" not in str(error.value)
+
+
 def test_problem_of_the_command_line_is_read(tmp_path):
     tandem.estimate("docking_a", max_keyframes=60, write_problem=tmp_path / "problem.json")
     p = tandem.Problem.read(tmp_path / "problem.json")
@@ -277,6 +336,38 @@ def test_bad_input_is_one_sentence(call, message):
         call(p, x)
     assert "\n" not in str(error.value)
     assert p.statistics == before
+
+
+@pytest.mark.parametrize("call, error, message", [
+    (lambda p, x: p.solve(max_iterations=-1), ValueError, "max_iterations"),
+    (lambda p, x: p.solve(time_limit=np.nan), ValueError, "time_limit"),
+    (lambda p, x: p.solve(progress=3), TypeError, "progress: expected a function"),
+    (lambda p, x: p.solve(threads=-1), ValueError, "threads"),
+    (lambda p, x: tandem.Problem.read("/nonexistent.json"), ValueError, "nonexistent"),
+    (lambda p, x: SE3.exp([np.inf] * 6), ValueError, "infinity"),
+    (lambda p, x: SE3.from_matrix(np.diag([1, 1, 1, 2])), ValueError, "last row"),
+    (lambda p, x: SE3().interpolate(SE3(), np.nan), ValueError, "NaN"),
+    (lambda p, x: x[["a"]], TypeError, "integers or booleans"),
+    (lambda p, x: x[[True]], IndexError, "mask has 1 entries for an array of 20"),
+    (lambda p, x: x[[20]], IndexError, "index 20 is outside"),
+    (lambda p, x: SE3.identity(3)[[5]], IndexError, "index 5 is outside"),
+    (lambda p, x: SE3.identity(3)[1.0], TypeError, "integers or booleans"),
+    (lambda p, x: tandem.TwistComponents(1.0, 3), ValueError, "axes are a text"),
+    (lambda p, x: tandem.Scenario("x", noise=3), ValueError, "noise: expected a dictionary"),
+    (lambda p, x: tandem.FixedLag(windw=3), TypeError, "the options are window"),
+])
+def test_misuse_is_one_sentence(call, error, message):
+    p, x, *_ = chain()
+    with pytest.raises(error, match=message) as raised:
+        call(p, x)
+    assert "\n" not in str(raised.value)
+
+
+def test_arrays_are_indexed_as_in_numpy():
+    p, x, *_ = chain()
+    for selection in ([1, -1], np.array([3, 0], dtype=np.int32), np.arange(20) % 2 == 0, [], slice(2, 9, 3)):
+        assert [v.name for v in x[selection]] == [f"x {i}" for i in np.arange(20)[selection]]
+        assert np.allclose(p.value(x)[selection].minus(p.value(x[selection])), 0)
 
 
 def test_unknown_solver_options_are_type_errors():

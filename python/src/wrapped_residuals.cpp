@@ -1,0 +1,122 @@
+#include "wrapped_residuals.hpp"
+
+#include <pybind11/stl.h>
+
+#include <tandem/residuals/bearing.hpp>
+#include <tandem/residuals/depth.hpp>
+#include <tandem/residuals/dvl_velocity.hpp>
+#include <tandem/residuals/gps.hpp>
+#include <tandem/residuals/interpolated.hpp>
+#include <tandem/residuals/miscalibrated.hpp>
+#include <tandem/residuals/range.hpp>
+#include <tandem/residuals/range_bearing.hpp>
+#include <tandem/residuals/soft_bound.hpp>
+#include <tandem/residuals/steady_course.hpp>
+#include <tandem/residuals/twist_components.hpp>
+#include <tandem/residuals/usbl_position.hpp>
+#include <tandem/residuals/usbl_spherical.hpp>
+#include <tandem/residuals/with_bias.hpp>
+
+#include "noise.hpp"
+
+// Residuals that take another residual. The member functions below are tables: wrapper × residual × groups.
+namespace tandem::python {
+namespace {
+
+template <template <class> class W>
+void declare_sightings(const std::string& wrapper, const std::vector<std::string>& extras) {
+  declare_wrapped<W, UsblPosition<SE3, SE3>, UsblPosition<SE3, R3>>(wrapper, "UsblPosition", extras);
+  declare_wrapped<W, UsblSpherical<SE3, SE3>, UsblSpherical<SE3, R3>>(wrapper, "UsblSpherical", extras);
+  declare_wrapped<W, Range<SE3, SE3>, Range<SE3, R3>>(wrapper, "Range", extras);
+  declare_wrapped<W, Bearing<SE3, SE3>, Bearing<SE3, R3>>(wrapper, "Bearing", extras);
+  declare_wrapped<W, RangeBearing<SE3, SE3>, RangeBearing<SE3, R3>>(wrapper, "RangeBearing", extras);
+}
+
+/// Returns the family of a wrapper around the family of a residual.
+const Family& wrapped(const std::string& wrapper, const FamilyResidual& inner) {
+  const auto at = families().find(wrapper + "." + inner.family->name);
+  if (at != families().end()) return at->second;
+  std::string known;
+  for (const auto& [name, family] : families())
+    if (name.starts_with(wrapper + ".")) known += (known.empty() ? "" : ", ") + name.substr(wrapper.size() + 1);
+  throw BadInputError(wrapper + ": is not available for " + inner.family->name + "; it takes " + known);
+}
+
+FamilyResidual with(const std::string& wrapper, const FamilyResidual& inner, std::initializer_list<py::object> extras) {
+  FamilyResidual residual{&wrapped(wrapper, inner), inner.values};
+  residual.values.insert(residual.values.end(), extras);
+  return residual;
+}
+
+py::object rows_of(const std::vector<double>& rows) {
+  Numbers array(py::ssize_t(rows.size()));
+  std::copy(rows.begin(), rows.end(), array.mutable_data());
+  return std::move(array);
+}
+
+}  // namespace
+
+void bind_wrapped_residuals(py::module_& m) {
+  declare_sightings<Interpolated>("Interpolated", {"s"});
+  m.def(
+      "Interpolated",
+      [](const FamilyResidual& residual, const py::object& s) { return with("Interpolated", residual, {s}); },
+      py::arg("residual"), py::arg("s"),
+      "Interpolated(residual, s)\n\nA residual of chaser and target between two keyframes, at the fraction s of their "
+      "interval. States: chaser at both keyframes, target at both keyframes.");
+  declare_wrapped<SteadyCourse, UsblPosition<SE3, SE3>>("SteadyCourse", "UsblPosition", {"t"});
+  declare_wrapped<SteadyCourse, Range<SE3, SE3>>("SteadyCourse", "Range", {"t"});
+  declare_wrapped<SteadyCourse, Bearing<SE3, SE3>>("SteadyCourse", "Bearing", {"t"});
+  declare_wrapped<SteadyCourse, RangeBearing<SE3, SE3>>("SteadyCourse", "RangeBearing", {"t"});
+  m.def(
+      "SteadyCourse",
+      [](const FamilyResidual& residual, const py::object& t) { return with("SteadyCourse", residual, {t}); },
+      py::arg("residual"), py::arg("t"),
+      "SteadyCourse(residual, t)\n\nA residual of a target with constant heading and speed, t [s] after its first "
+      "pose. "
+      "States: chaser pose, first target pose, speed (R1) [m/s].");
+  declare_sightings<WithBias>("WithBias", {});
+  declare_wrapped<WithBias, Depth>("WithBias", "Depth", {});
+  declare_wrapped<WithBias, Gps>("WithBias", "Gps", {});
+  declare_wrapped<WithBias, DvlVelocity>("WithBias", "DvlVelocity", {});
+  m.def(
+      "WithBias", [](const FamilyResidual& residual) { return with("WithBias", residual, {}); }, py::arg("residual"),
+      "WithBias(residual)\n\nA residual with the bias of its measurement as an additional state, whose dimension is "
+      "the "
+      "number of rows. States: those of the residual, bias.");
+  declare_sightings<Miscalibrated>("Miscalibrated", {"mount", "point", "before", "after", "later"});
+  m.def(
+      "Miscalibrated",
+      [](const FamilyResidual& residual, const py::object& mount, const py::object& point, const py::object& before,
+         const py::object& after, const py::object& later) {
+        const auto given = [](const py::object& x) { return x.is_none() ? py::object() : x; };
+        return with("Miscalibrated", residual, {given(mount), given(point), before, after, given(later)});
+      },
+      py::arg("residual"), py::kw_only(), py::arg("mount") = py::none(), py::arg("point") = py::none(),
+      py::arg("before"), py::arg("after"), py::arg("later") = py::none(),
+      "Miscalibrated(residual, *, mount=identity, point=0, before, after, later=0)\n\nA sensor with systematic errors: "
+      "bias, scale factor, misalignment and delay. `mount` and `point` are B and beacon of the residual; `before` and "
+      "`after` the times to the neighbouring states [s]; `later` the time from the states to the measurement [s]. "
+      "States: chaser, chaser before, chaser after, target, target before, target after, bias, scale (R1), "
+      "misalignment "
+      "(SO3), delay (R1) [s].");
+  declare_wrapped<SoftBound, TwistComponents<SE3, surge>>("SoftBound", "TwistComponents_surge", {"lower", "upper"});
+  declare_wrapped<SoftBound, TwistComponents<SE3, yaw_rate>>("SoftBound", "TwistComponents_yaw_rate",
+                                                             {"lower", "upper"});
+  declare_wrapped<SoftBound, Range<SE3, SE3>, Range<SE3, R3>>("SoftBound", "Range", {"lower", "upper"});
+  declare_wrapped<SoftBound, Depth>("SoftBound", "Depth", {"lower", "upper"});
+  declare_wrapped<SoftBound, Gps>("SoftBound", "Gps", {"lower", "upper"});
+  m.def(
+      "SoftBound",
+      [](const FamilyResidual& residual, py::handle bounds) {
+        const int dim = wrapped("SoftBound", residual).instances.front().soft->functions.dim;
+        const PyBounds b = bounds_of(bounds, "SoftBound");
+        return with("SoftBound", residual,
+                    {rows_of(b.expanded(b.lower, dim, "SoftBound")), rows_of(b.expanded(b.upper, dim, "SoftBound"))});
+      },
+      py::arg("residual"), py::arg("bounds"),
+      "SoftBound(residual, bounds)\n\nThe amount by which a residual exceeds its bounds, for Problem.minimize. States: "
+      "those of the residual.");
+}
+
+}  // namespace tandem::python
