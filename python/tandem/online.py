@@ -48,7 +48,7 @@ class OnlineEstimator(_Ready, _OnlineEstimator):
     Rows are those of the sensors' CSV files, with the time first, and poses are rows t x y z qx qy qz qw. Rows and
     estimates are in the frame of the scenario. Estimates, at the newest keyframe:
 
-        started, has_target: whether chaser and target are estimated. Without an estimate, the others raise BadInputError.
+        started, has_target: whether chaser and target are estimated. Before, the others raise BadInputError.
         newest, oldest: times of the window [s]; keyframes: their number; cost.
         chaser: SE3; velocity: (3,) in the world [m/s], zero for a chaser that moves by odometry.
         target: SE3, or (3,) if its orientation is not estimated, or None; target_velocity: (3,) or None.
@@ -121,7 +121,7 @@ class Vehicle(_Ready, VehicleModel):
             path = folder / f"{name_or_file}.yaml"
         if not path.exists():
             names: List[str] = sorted(p.stem for p in folder.glob("*.yaml"))
-            raise BadInputError(f"there is no vehicle {os.fspath(name_or_file)!r}; there are {', '.join(names)}, or give "
-                                "a YAML file")
+            raise BadInputError(f"there is no vehicle {os.fspath(name_or_file)!r}; there are {', '.join(names)}, or "
+                                "give a YAML file")
         super().__init__(os.fspath(path))
         self._ready = True

@@ -73,8 +73,8 @@ def residual(function: Optional[Callable[..., Any]] = None, *, dim: int, jacobia
 def _reference(name: str, function: Any) -> Any:
     """Returns what a pickle stores of the function of a residual: (module, qualified name), or a callable object."""
     if function is None:
-        raise BadInputError(f"{name}: a compiled residual cannot be pickled, because its address is valid in this process "
-                            "only; build the problem again")
+        raise BadInputError(f"{name}: a compiled residual cannot be pickled, because its address is valid in this "
+                            "process only; build the problem again")
     if not isinstance(function, types.FunctionType):
         return function
     reference = (function.__module__, function.__qualname__)
