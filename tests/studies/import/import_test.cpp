@@ -74,6 +74,18 @@ class ImportTest : public testing::Test {
   ScratchFolder scratch_;
 };
 
+TEST_F(ImportTest, ListsAssumedConventions) {
+  write_boat_log();
+  const std::vector<std::string> assumed = import(boat_map()).assumptions;
+  EXPECT_THAT(assumed, Contains("fix: mounted at the origin of the body, along its axes"));
+  EXPECT_THAT(assumed, Contains("fix: observes the origin of the target"));
+  EXPECT_THAT(assumed, Contains(HasSubstr("fix: azimuths turn from x towards y (starboard)")));
+  EXPECT_THAT(assumed, Contains("odometry: north is true north"));
+  EXPECT_THAT(assumed, Contains(HasSubstr("noise.constant_twist: [")));
+  EXPECT_THAT(assumed, testing::Not(Contains(HasSubstr("fix: delay"))));  // the map states it
+  EXPECT_THAT(assumed, testing::Not(Contains(HasSubstr("fix: sigma"))));
+}
+
 TEST_F(ImportTest, WritesAScenarioThatReadsBack) {
   write_boat_log();
   const Scenario read = imported(boat_map());
