@@ -17,8 +17,12 @@ if int(_numpy.__version__.split(".")[0]) >= 2 and tuple(
     raise ImportError(f"this build of tandem uses pybind11 {_build.PYBIND11_VERSION}, which does not support NumPy "
                       f"{_numpy.__version__}; install NumPy 1, or build tandem with pybind11 2.12 or newer")
 
-from ._commands import (calibrate, compare, estimate, models, navigate, plan, rendezvous, simulate, solve_file, study,
-                        track)
+from . import _calls, _core
+
+_calls.make_readable(_core)
+
+from ._commands import (calibrate, compare, estimate, export, import_log, info, models, navigate, plan, rendezvous,
+                        simulate, solve_file, study, track, tune)
 from ._core import (R1, R2, R3, R4, R5, R6, R9, R12, SE2, SE3, SE23, SO2, SO3, ActuatorLag, Bearing, Blocks, Boundary,
                     Bounds, Bundle, CalibratedNoise, Calibration, Cauchy, Coasting, Cone, ConstantTwist, DampedTwist,
                     Depth, DvlVelocity, FixedLag, Gaussian, GaussMarkov, GemanMcClure, Gps, Heading, Huber, InsideCone,
