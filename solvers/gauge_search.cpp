@@ -20,13 +20,15 @@ constexpr double kResidual = 1e-3;      // Maximum residual of an eigenvector.
 constexpr double kStep = 1e-3;          // Step of difference quotients [standard deviations].
 constexpr double kMaxTurn = 0.3;        // Largest rotation in a finite move [rad].
 constexpr int kMaxCorrections = 6;      // Steps back into the valley of the cost.
+constexpr double kFar = 0.5;            // Part of the cost that a step removes, far from a minimum.
 constexpr double kUnchanged = 1e-2;     // Change of the cost in a finite move, relative to the prediction by H.
 
 class GaugeSearch {
  public:
   GaugeSearch(NlpEvaluator& nlp, const BlockCholesky& cholesky, const Eigen::VectorXd& weights,
-              const std::vector<FlatDirection>& known)
+              const std::vector<FlatDirection>& known, const Stop& stop)
       : nlp_(nlp),
+        stop_(stop),
         cholesky_(cholesky),
         weights_(weights),
         ahead_(nlp.num_unknowns()),
@@ -67,6 +69,9 @@ class GaugeSearch {
     return (w - q).norm();
   }
 
+  /// Returns whether a search has not converged.
+  bool exhausted() const { return exhausted_; }
+
   /// Returns the gauge with the largest share in the direction H⁻¹ e of an unknown, or nothing.
   std::optional<Eigen::VectorXd> find(int unknown) {
     const Eigen::Index n = nlp_.num_unknowns();
@@ -78,6 +83,7 @@ class GaugeSearch {
     std::vector<Eigen::VectorXd> basis;
     Eigen::VectorXd diagonal(kMaxSteps), below(kMaxSteps);
     for (int k = 0; k < kMaxSteps && k < n; ++k) {
+      stop_.check("observability");
       basis.push_back(q);
       Eigen::VectorXd w = product(q);
       deflate(w);
@@ -102,6 +108,7 @@ class GaugeSearch {
       }
       q = w / below[k];
     }
+    exhausted_ = true;
     return {};
   }
 
@@ -186,8 +193,10 @@ class GaugeSearch {
   }
 
   NlpEvaluator& nlp_;
+  const Stop& stop_;
   const BlockCholesky& cholesky_;
   const Eigen::VectorXd& weights_;
+  bool exhausted_ = false;
   std::vector<int> pinned_;                   // unknowns of the null directions of H
   std::vector<Eigen::VectorXd> white_found_;  // Lᵀ v of the directions found, orthonormal
   Eigen::VectorXd ahead_, behind_;
@@ -197,17 +206,27 @@ class GaugeSearch {
 }  // namespace
 
 std::vector<Eigen::VectorXd> gauges(NlpEvaluator& nlp, const BlockCholesky& cholesky, const Eigen::VectorXd& weights,
-                                    const std::vector<FlatDirection>& known, const Eigen::VectorXd& gradient) {
+                                    const std::vector<FlatDirection>& known, const Eigen::VectorXd& gradient,
+                                    const Stop& stop) {
   std::vector<int> candidates = cholesky.small_pivots(kSuspiciousPivot, kMaxCandidates);
   std::erase_if(candidates, [&](int unknown) {
     return std::any_of(known.begin(), known.end(), [&](const auto& flat) { return flat.unknown == unknown; });
   });
   std::vector<Eigen::VectorXd> found;
   if (candidates.empty()) return found;
-  GaugeSearch search(nlp, cholesky, weights, known);
+  if (nlp.num_rows() == 0) {
+    Eigen::VectorXd white = gradient;
+    cholesky.solve_lower(white);
+    for (const FlatDirection& flat : known)
+      if (flat.unknown >= 0) white[flat.unknown] = 0;
+    if (0.5 * white.squaredNorm() > kFar * nlp.cost()) return found;
+  }
+  GaugeSearch search(nlp, cholesky, weights, known, stop);
   if (!(search.difference(candidates, gradient) > kMinDifference)) return found;
-  for (const int unknown : candidates)
+  for (const int unknown : candidates) {
     if (std::optional<Eigen::VectorXd> gauge = search.find(unknown)) found.push_back(*std::move(gauge));
+    if (search.exhausted()) break;
+  }
   return found;
 }
 

@@ -3,6 +3,7 @@
 #include <vector>
 
 #include <tandem/problem/nlp_evaluator.hpp>
+#include <tandem/problem/stop.hpp>
 #include <tandem/solvers/linear/block_cholesky.hpp>
 
 namespace tandem::detail {
@@ -25,11 +26,16 @@ inline constexpr double kSuspiciousPivot = 2e-2;
 /// whose eigenvalues are near 1 except where H is wrong. A finite move then confirms that the cost is constant. It
 /// follows the valley of the cost, so that gauges may be curved. Without small pivots, the search costs nothing. If E
 /// and H agree along all candidates, it costs one gradient, otherwise two gradients per Lanczos step, at most 150 steps
-/// per candidate.
+/// per candidate. A candidate that has not converged after these steps ends the search, as its neighbours in the
+/// spectrum would not converge either.
+///
+/// Far from a minimum there is no search: the residuals that a gauge could turn are those that remain at a minimum. The
+/// point is far if a Gauss-Newton step is predicted to remove more than half of the cost.
 ///
 /// `gradient` is that of the cost at X̄. `weights` are the weights of the constraint rows in H, 0 for inactive ones.
-/// Throws Error if a residual is undefined.
+/// Throws Error if a residual is undefined, Stopped if `stop` ends the search.
 std::vector<Eigen::VectorXd> gauges(NlpEvaluator& nlp, const BlockCholesky& cholesky, const Eigen::VectorXd& weights,
-                                    const std::vector<FlatDirection>& known, const Eigen::VectorXd& gradient);
+                                    const std::vector<FlatDirection>& known, const Eigen::VectorXd& gradient,
+                                    const Stop& stop);
 
 }  // namespace tandem::detail

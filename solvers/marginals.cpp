@@ -93,7 +93,7 @@ Marginals::Parts Marginals::compute(Problem& problem, std::span<const Pair> pair
 void Marginals::regularize(NlpEvaluator& nlp, const Eigen::VectorXd& hessian, const Stop& stop, Parts& parts) {
   constexpr int kMostDirections = 60;
   const int singular_at = parts.inverse.failed_unknown();
-  const std::vector<detail::FlatDirection> flat = detail::flat_directions(nlp, false, kMostDirections);
+  const std::vector<detail::FlatDirection> flat = detail::flat_directions(nlp, false, kMostDirections, stop);
   if (flat.empty() && singular_at >= 0) throw_singular(nlp, singular_at);
   if (flat.empty()) return;
   const SymmetricPattern& pattern = nlp.hessian_pattern();

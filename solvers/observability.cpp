@@ -35,14 +35,15 @@ Eigen::VectorXd active_rows(NlpEvaluator& nlp, double stiffness, bool inequaliti
 
 }  // namespace
 
-std::vector<FlatDirection> flat_directions(NlpEvaluator& nlp, bool inequalities, int most) {
+std::vector<FlatDirection> flat_directions(NlpEvaluator& nlp, bool inequalities, int most, const Stop& stop) {
   BlockCholesky cholesky(nlp.hessian_pattern());
   Eigen::VectorXd gradient(nlp.num_unknowns());
   Eigen::VectorXd hessian(nlp.hessian_pattern().nonzeros());
-  return flat_directions(nlp, {cholesky, gradient, hessian}, inequalities, most);
+  return flat_directions(nlp, {cholesky, gradient, hessian}, inequalities, most, stop);
 }
 
-std::vector<FlatDirection> flat_directions(NlpEvaluator& nlp, const Workspace& work, bool inequalities, int most) {
+std::vector<FlatDirection> flat_directions(NlpEvaluator& nlp, const Workspace& work, bool inequalities, int most,
+                                           const Stop& stop) {
   Eigen::VectorXd& hessian = work.hessian;
   Eigen::VectorXd weights;
   double size = 0.0;
@@ -52,6 +53,7 @@ std::vector<FlatDirection> flat_directions(NlpEvaluator& nlp, const Workspace& w
   };
   std::vector<FlatDirection> flat;
   try {
+    stop.check("observability");
     if (!work.has_hessian) nlp.linearize(work.gradient, hessian);
     size = sum_of_sizes();
     if (nlp.num_rows() > 0) {
@@ -71,7 +73,7 @@ std::vector<FlatDirection> flat_directions(NlpEvaluator& nlp, const Workspace& w
       flat.push_back({std::move(basis[i]), unknowns[i], s.along <= kMinStiffness * s.scale});
     }
     if (static_cast<int>(basis.size()) < most) {
-      for (Eigen::VectorXd& v : gauges(nlp, work.cholesky, weights, flat, work.gradient))
+      for (Eigen::VectorXd& v : gauges(nlp, work.cholesky, weights, flat, work.gradient, stop))
         flat.push_back({std::move(v), -1, true});
     }
   } catch (const UndefinedResidualError&) {

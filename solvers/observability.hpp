@@ -4,6 +4,7 @@
 #include <vector>
 
 #include <tandem/problem/nlp_evaluator.hpp>
+#include <tandem/problem/stop.hpp>
 #include <tandem/solvers/linear/block_cholesky.hpp>
 #include <tandem/solvers/summary.hpp>
 
@@ -35,9 +36,10 @@ struct FlatDirection {
 /// - Gauges: JᵀJ has curvature, but the cost does not change. See GaugeSearch.
 ///
 /// Active hard constraints count as information; active inequalities only if `inequalities` is true. Empty if a
-/// residual is undefined.
-std::vector<FlatDirection> flat_directions(NlpEvaluator& nlp, const Workspace& work, bool inequalities, int most);
-std::vector<FlatDirection> flat_directions(NlpEvaluator& nlp, bool inequalities, int most);
+/// residual is undefined. Throws Stopped if `stop` ends the search.
+std::vector<FlatDirection> flat_directions(NlpEvaluator& nlp, const Workspace& work, bool inequalities, int most,
+                                           const Stop& stop = {});
+std::vector<FlatDirection> flat_directions(NlpEvaluator& nlp, bool inequalities, int most, const Stop& stop = {});
 
 /// Returns the variables that unobservable directions move, with the names of the directions.
 std::vector<UnobservableState> unobservable_states(const NlpEvaluator& nlp, const std::vector<FlatDirection>& flat);

@@ -56,29 +56,6 @@ Batch batch(py::handle value, const std::vector<py::ssize_t>& element, const std
   return {array, more ? std::size_t(array.shape(0)) : 1, more == 0};
 }
 
-std::vector<std::size_t> indices(py::handle value, std::size_t count) {
-  const py::array any = py::array::ensure(value);
-  if (!any) PyErr_Clear();
-  const char kind = any ? any.dtype().kind() : 'O';
-  const bool mask = kind == 'b';
-  if (!any || any.ndim() != 1 || !(mask || kind == 'i' || kind == 'u' || any.size() == 0))
-    throw py::type_error("an array is indexed by an integer, a slice, or an array of integers or booleans, not " +
-                         std::string(py::repr(value)));
-  if (mask && std::size_t(any.size()) != count)
-    throw py::index_error("the mask has " + std::to_string(any.size()) + " entries for an array of " +
-                          std::to_string(count));
-  const auto numbers = py::array_t<py::ssize_t, py::array::c_style | py::array::forcecast>::ensure(any);
-  std::vector<std::size_t> result;
-  for (py::ssize_t k = 0; k < numbers.size(); ++k) {
-    const py::ssize_t i = mask ? k : numbers.data()[k];
-    if (mask && !numbers.data()[k]) continue;
-    if (i < -py::ssize_t(count) || i >= py::ssize_t(count))
-      throw py::index_error("index " + std::to_string(i) + " is outside the array of " + std::to_string(count));
-    result.push_back(std::size_t(i < 0 ? i + py::ssize_t(count) : i));
-  }
-  return result;
-}
-
 Numbers new_array(std::size_t count, bool single, const std::vector<py::ssize_t>& element) {
   std::vector<py::ssize_t> shape;
   if (!single) shape.push_back(py::ssize_t(count));

@@ -36,10 +36,6 @@ struct Batch {
 /// for infinity.
 Batch batch(py::handle value, const std::vector<py::ssize_t>& element, const std::string& what, bool finite = true);
 
-/// Returns the indices that an array of integers, negative ones from the end, or a mask of booleans selects of `count`
-/// elements.
-std::vector<std::size_t> indices(py::handle value, std::size_t count);
-
 /// Returns a new array of elements with this shape; without the first axis if `single`.
 Numbers new_array(std::size_t count, bool single, const std::vector<py::ssize_t>& element);
 

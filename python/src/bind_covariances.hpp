@@ -23,29 +23,27 @@ void bind_covariances(Class& c, Joint joint) {
   c.def(
       "covariance",
       [joint](const Self& self, py::handle x) -> py::object {
-        const BlockVariables variables = block_variables(x, "covariance");
-        if (variables.states.size() != 1) throw py::type_error("covariance: expected one variable, or use joint");
-        const int dof = variables.groups[0]->dof;
-        Numbers result = new_array(variables.count, variables.single, {dof, dof});
+        const PyVariables variables = variables_of(x, "covariance");
+        const int dof = variables.group->dof;
+        Numbers result = new_array(variables.handles.size(), py::isinstance<PyVariable>(x), {dof, dof});
         double* to = result.mutable_data();
-        for (std::size_t i = 0; i < variables.count; ++i) {
-          const Eigen::MatrixXd S = joint(self, {variables.at(0, i)}, {dof});
+        for (const VariableHandle& handle : variables.handles) {
+          const Eigen::MatrixXd S = joint(self, {handle}, {dof});
           to = std::copy(S.data(), S.data() + S.size(), to);
         }
         return std::move(result);
       },
-      py::arg("x"), "covariance(x)\n\nReturn the covariance, shape (dof, dof), or (n, dof, dof) of an array.");
+      py::arg("x"),
+      "covariance(x)\n\nReturn the covariance, shape (dof, dof), or (n, dof, dof) of an array or a list.");
   c.def(
       "joint",
       [joint](const Self& self, py::handle x) {
-        const BlockVariables variables = block_variables(x, "joint");
         std::vector<VariableHandle> handles;
         std::vector<int> dofs;
-        for (std::size_t s = 0; s < variables.states.size(); ++s)
-          for (const VariableHandle& handle : variables.states[s].handles) {
-            handles.push_back(handle);
-            dofs.push_back(variables.groups[s]->dof);
-          }
+        for (const PyVariable& variable : all_variables(x, "joint")) {
+          handles.push_back(variable.handle);
+          dofs.push_back(variable.group->dof);
+        }
         return joint(self, handles, dofs);
       },
       py::arg("x"), "joint(x)\n\nReturn the joint covariance of a list of variables, in their order.");

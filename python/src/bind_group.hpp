@@ -1,5 +1,7 @@
 #pragma once
 
+#include <algorithm>
+#include <cmath>
 #include <cstdio>
 #include <functional>
 #include <optional>
@@ -11,6 +13,7 @@
 #include <tandem/lie/operations.hpp>
 
 #include "elements.hpp"
+#include "selection.hpp"
 
 namespace tandem::python {
 
@@ -263,23 +266,11 @@ py::class_<Elements<G>> bind_group(py::module_& m, const std::string& name, cons
     if (x.single) throw py::type_error("a single " + name + " has no length");
     return x.size();
   });
-  c.def("__getitem__", [name](const E& x, py::ssize_t i) {
+  c.def("__getitem__", [name](const E& x, py::handle index) {
     if (x.single) throw py::type_error("a single " + name + " cannot be indexed");
-    const auto count = py::ssize_t(x.size());
-    if (i < -count || i >= count)
-      throw py::index_error("index " + std::to_string(i) + " is outside the array of " + std::to_string(count));
-    return E{{x.x[std::size_t(i < 0 ? i + count : i)]}, true};
-  });
-  c.def("__getitem__", [name](const E& x, const py::slice& slice) {
-    if (x.single) throw py::type_error("a single " + name + " cannot be indexed");
-    std::size_t start, stop, step, length;
-    if (!slice.compute(x.size(), &start, &stop, &step, &length)) throw py::error_already_set();
-    return map_elements<G>(length, false, [&](std::size_t i) { return x.x[start + i * step]; });
-  });
-  c.def("__getitem__", [name](const E& x, py::handle selection) {
-    if (x.single) throw py::type_error("a single " + name + " cannot be indexed");
-    const std::vector<std::size_t> at = indices(selection, x.size());
-    return map_elements<G>(at.size(), false, [&](std::size_t i) { return x.x[at[i]]; });
+    const Selection chosen = selection(index, x.size(), name);
+    return map_elements<G>(chosen.elements.size(), chosen.single,
+                           [&](std::size_t i) { return x.x[chosen.elements[i]]; });
   });
   c.def_property_readonly(
       "parameters",

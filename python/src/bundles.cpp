@@ -1,6 +1,6 @@
-#include "bind_bundle.hpp"
-
 #include <tandem/lie/error.hpp>
+
+#include "bind_bundle.hpp"
 
 namespace tandem::python {
 

@@ -2,7 +2,27 @@
 
 #include <atomic>
 
+#include <pybind11/pybind11.h>
+
 namespace tandem::python {
+
+/// A computation that may run without the interpreter's lock. At the exit of the interpreter, all are asked to stop and
+/// waited for, because a thread that takes the lock afterwards ends the process. Created and destroyed with the lock.
+class RunningSolve {
+ public:
+  /// Throws Stopped if the interpreter exits.
+  RunningSolve();
+  ~RunningSolve();
+  RunningSolve(const RunningSolve&) = delete;
+  RunningSolve& operator=(const RunningSolve&) = delete;
+
+  /// Flag that ends the computation.
+  std::atomic<bool>& flag() { return stop_; }
+
+ private:
+  std::atomic<bool> stop_ = false;
+};
+void bind_interrupt(pybind11::module_& m);
 
 /// The stop flag of the solve that this thread runs, during the lifetime of the object. An interrupt (Ctrl-C) within a
 /// Python residual sets it, so that the solve ends at its best point.

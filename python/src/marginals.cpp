@@ -1,3 +1,7 @@
+#include <chrono>
+#include <future>
+#include <optional>
+
 #include <pybind11/stl.h>
 
 #include <tandem/solvers/marginals.hpp>
@@ -14,6 +18,32 @@ struct PyMarginals {
   std::shared_ptr<PyProblem> problem;
 };
 
+/// Computes in another thread, while this one looks for Ctrl-C, which ends the computation.
+std::unique_ptr<Marginals> compute(Problem& problem, std::atomic<bool>& stop) {
+  std::unique_ptr<Marginals> marginals;
+  std::optional<py::error_already_set> interrupt;
+  {
+    const py::gil_scoped_release unlocked;
+    auto task = std::async(std::launch::async, [&] {
+      return std::make_unique<Marginals>(problem, std::span<const Marginals::Pair>(), Stop(&stop));
+    });
+    while (task.wait_for(std::chrono::milliseconds(20)) != std::future_status::ready) {
+      const py::gil_scoped_acquire lock;
+      if (!interrupt && PyErr_CheckSignals() != 0) {
+        interrupt.emplace();
+        stop = true;
+      }
+    }
+    try {
+      marginals = task.get();
+    } catch (const Stopped&) {
+      if (!interrupt) throw;
+    }
+  }
+  if (interrupt) throw py::error_already_set(*interrupt);
+  return marginals;
+}
+
 }  // namespace
 
 void bind_marginals(py::module_& m) {
@@ -26,12 +56,7 @@ void bind_marginals(py::module_& m) {
   c.def(py::init([](std::shared_ptr<PyProblem> problem) {
           PyProblem::Solve solving(*problem);
           Problem& of = problem->read();
-          std::unique_ptr<Marginals> marginals;
-          {
-            const py::gil_scoped_release unlocked;
-            marginals = std::make_unique<Marginals>(of);
-          }
-          return PyMarginals{std::move(marginals), std::move(problem)};
+          return PyMarginals{compute(of, solving.stop()), std::move(problem)};
         }),
         py::arg("problem").none(false));
   bind_covariances(c, [](const PyMarginals& self, const std::vector<VariableHandle>& x, const std::vector<int>& dofs) {

@@ -1,4 +1,5 @@
 #include "bind_bundle.hpp"
+#include "interrupt.hpp"
 #include "noise.hpp"
 #include "problem_object.hpp"
 #include "python_error.hpp"
@@ -11,6 +12,7 @@ PYBIND11_MODULE(_core, m) {
   using namespace tandem::python;
   m.doc() = "Compiled part of tandem: groups, residuals, problems and solvers.";
   bind_errors(m);
+  bind_interrupt(m);
   bind_rotations(m);
   bind_planar(m);
   bind_poses(m);

@@ -1,5 +1,6 @@
 #include "noise.hpp"
 
+#include <algorithm>
 #include <limits>
 
 #include <pybind11/eigen.h>
@@ -26,6 +27,23 @@ std::vector<double> side(py::handle value, double missing, const std::string& wh
   if (x.ndim() > 1) throw py::value_error(what + ": expected a number or one for each row, not shape " + shape_text(x));
   reject_nan(x.data(), std::size_t(x.size()), what);
   return {x.data(), x.data() + x.size()};
+}
+
+PyBounds checked(PyBounds bounds, const std::string& what) {
+  const std::vector<double>&lower = bounds.lower, &upper = bounds.upper;
+  if (lower.size() != 1 && upper.size() != 1 && lower.size() != upper.size())
+    throw py::value_error(what + ": there are " + std::to_string(lower.size()) + " lower and " +
+                          std::to_string(upper.size()) + " upper bounds");
+  for (std::size_t i = 0; i < std::max(lower.size(), upper.size()); ++i) {
+    const double low = lower[lower.size() == 1 ? 0 : i], high = upper[upper.size() == 1 ? 0 : i];
+    if (low > high || low == kInfinity || high == -kInfinity)
+      throw py::value_error(what + ": no number is between the lower bound " + std::string(py::str(py::float_(low))) +
+                            " and the upper bound " + std::string(py::str(py::float_(high))));
+  }
+  if (std::all_of(lower.begin(), lower.end(), [](double x) { return x == -kInfinity; }) &&
+      std::all_of(upper.begin(), upper.end(), [](double x) { return x == kInfinity; }) && what != "between")
+    throw py::value_error(what + ": an infinite bound is no bound");
+  return bounds;
 }
 
 std::string text_of(const std::vector<double>& numbers) {
@@ -63,7 +81,8 @@ PyBounds bounds_of(py::handle value, const std::string& what) {
   if (py::isinstance<PyBounds>(value)) return value.cast<PyBounds>();
   if (py::isinstance<py::tuple>(value) && py::len(value) == 2) {
     const auto pair = py::reinterpret_borrow<py::tuple>(value);
-    return {side(pair[0], -kInfinity, what + ": lower bound"), side(pair[1], kInfinity, what + ": upper bound")};
+    return checked(
+        {side(pair[0], -kInfinity, what + ": lower bound"), side(pair[1], kInfinity, what + ": upper bound")}, what);
   }
   if (value.is_none()) throw py::type_error(what + ": bounds are missing; use equal_to, between, at_least or at_most");
   const std::vector<double> both = side(value, 0, what + ": bounds");
@@ -72,7 +91,10 @@ PyBounds bounds_of(py::handle value, const std::string& what) {
 
 Loss loss_of(py::handle value) {
   if (value.is_none()) return {};
-  if (!py::isinstance<Loss>(value)) throw py::type_error("loss: expected None or a loss such as Huber(1.0)");
+  if (!py::isinstance<Loss>(value))
+    throw py::type_error("loss: expected None or a loss such as Huber(1.0), not a " +
+                         std::string(py::str(py::type::of(value).attr("__name__"))) +
+                         "; several variables are one list, [x, y]");
   return value.cast<Loss>();
 }
 
@@ -151,25 +173,25 @@ void bind_noise(py::module_& m) {
       "equal_to",
       [](py::handle value) {
         const std::vector<double> x = side(value, 0, "equal_to");
-        return PyBounds{x, x};
+        return checked(PyBounds{x, x}, "equal_to");
       },
       py::arg("value"), "equal_to(value)\n\nBounds of an equality; value is a number or one for each row.");
   m.def(
       "between",
       [](py::handle lower, py::handle upper) {
-        return PyBounds{side(lower, -kInfinity, "between"), side(upper, kInfinity, "between")};
+        return checked({side(lower, -kInfinity, "between"), side(upper, kInfinity, "between")}, "between");
       },
       py::arg("lower"), py::arg("upper"), "between(lower, upper)\n\nBounds, inclusive.");
   m.def(
       "at_least",
       [](py::handle lower) {
-        return PyBounds{side(lower, 0, "at_least"), {kInfinity}};
+        return checked({side(lower, 0, "at_least"), {kInfinity}}, "at_least");
       },
       py::arg("lower"), "at_least(lower)\n\nLower bound.");
   m.def(
       "at_most",
       [](py::handle upper) {
-        return PyBounds{{-kInfinity}, side(upper, 0, "at_most")};
+        return checked({{-kInfinity}, side(upper, 0, "at_most")}, "at_most");
       },
       py::arg("upper"), "at_most(upper)\n\nUpper bound.");
 }

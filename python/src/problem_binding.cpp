@@ -1,9 +1,15 @@
+#include <algorithm>
+#include <array>
+
 #include <pybind11/eigen.h>
 #include <pybind11/stl.h>
+
+#include <tandem/problem/nlp_evaluator.hpp>
 
 #include "bind_group.hpp"
 #include "noise.hpp"
 #include "problem_object.hpp"
+#include "python_error.hpp"
 #include "python_residual.hpp"
 #include "residual_family.hpp"
 
@@ -69,26 +75,61 @@ py::object add_variables(PyProblem& self, py::handle initial, const std::string&
 
 py::object value_of(const PyProblem& self, py::handle x) {
   const Problem& problem = self.read();
-  const BlockVariables variables = block_variables(x, "value");
-  if (variables.states.size() != 1) throw py::type_error("value: expected one variable or array of variables");
-  const VariableFunctions& functions = variable_functions(*variables.groups[0]);
+  const PyVariables variables = variables_of(x, "value");
+  const VariableFunctions& functions = variable_functions(*variables.group);
   std::vector<const void*> values;
-  for (const VariableHandle& handle : variables.states[0].handles) values.push_back(functions.value(problem, handle));
-  return variables.groups[0]->make(values.data(), values.size(), variables.single);
+  for (const VariableHandle& handle : variables.handles) values.push_back(functions.value(problem, handle));
+  return variables.group->make(values.data(), values.size(), py::isinstance<PyVariable>(x));
 }
 
 void set_value(PyProblem& self, py::handle x, py::handle value) {
   Problem& problem = self.change();
-  const BlockVariables variables = block_variables(x, "set_value");
+  const PyVariables variables = variables_of(x, "set_value");
   const Group* group = group_of(value);
-  if (variables.states.size() != 1 || group != variables.groups[0])
-    throw py::type_error("set_value: expected a value of " + variables.groups[0]->name);
+  if (group != variables.group) throw py::type_error("set_value: expected a value of " + variables.group->name);
   const auto [count, single] = group->count(value);
-  if (!single && count != variables.count)
-    throw py::value_error("set_value: expected " + std::to_string(variables.count) + " values, not " +
+  if (!single && count != variables.handles.size())
+    throw py::value_error("set_value: expected " + std::to_string(variables.handles.size()) + " values, not " +
                           std::to_string(count));
-  for (std::size_t i = 0; i < variables.count; ++i)
-    variable_functions(*group).set_value(problem, variables.at(0, i), group->element(value, single ? 0 : i));
+  for (std::size_t i = 0; i < variables.handles.size(); ++i)
+    variable_functions(*group).set_value(problem, variables.handles[i], group->element(value, single ? 0 : i));
+}
+
+/// Removes all of them, or none if one of them is not in the problem or still read.
+void remove(Problem& problem, py::handle what) {
+  if (py::isinstance<PyBlocks>(what)) {
+    const auto& blocks = what.cast<const PyBlocks&>().blocks;
+    for (std::size_t i = 0; i < blocks.size(); ++i)
+      if (!problem.has(blocks[i]))
+        raise("StaleHandleError", "remove: block " + std::to_string(i) + " of the " + std::to_string(blocks.size()) +
+                                      " is not in the problem; nothing was removed");
+    for (const Block& block : blocks)
+      if (problem.has(block)) problem.remove(block);  // may be named twice
+    return;
+  }
+  const std::vector<PyVariable> variables = all_variables(what, "remove");
+  std::vector<int> ids;
+  for (const PyVariable& x : variables) ids.push_back(problem.id(x.handle));
+  const auto is_read = [&](int id) {
+    const std::array<int, 1> one{id};
+    return !problem.soft_blocks_reading(one).empty() || !problem.hard_blocks_reading(one).empty();
+  };
+  // The first variable that is read makes remove() throw before anything has been removed.
+  if (!problem.soft_blocks_reading(ids).empty() || !problem.hard_blocks_reading(ids).empty())
+    problem.remove(variables[std::size_t(std::find_if(ids.begin(), ids.end(), is_read) - ids.begin())].handle);
+  for (const PyVariable& x : variables)
+    if (problem.has(x.handle)) problem.remove(x.handle);
+}
+
+py::object variable_named(const PyProblem& self, const std::string& name) {
+  const Problem& problem = self.read();
+  std::vector<PyVariable> found;
+  for (const Group* group : python::groups())
+    for (const VariableHandle& x : variable_functions(*group).all(problem))
+      if (*x.name == name) found.push_back({x, group});
+  if (found.empty()) throw py::key_error("no variable has the name " + name);
+  if (found.size() > 1) throw py::key_error(std::to_string(found.size()) + " variables have the name " + name);
+  return py::cast(found[0]);
 }
 
 }  // namespace
@@ -139,10 +180,11 @@ py::list block_variables_of(const PyProblem& self) {
 void bind_blocks(py::module_& m) {
   py::class_<PyBlocks> b(m, "Blocks", "Blocks of a problem, as returned by Problem.minimize and subject_to.");
   b.def("__len__", [](const PyBlocks& blocks) { return blocks.blocks.size(); });
-  b.def("__getitem__", [](const PyBlocks& blocks, py::ssize_t i) {
-    const auto count = py::ssize_t(blocks.blocks.size());
-    if (i < -count || i >= count) throw py::index_error("the index is outside the blocks");
-    return PyBlocks{{blocks.blocks[std::size_t(i < 0 ? i + count : i)]}, true};
+  b.def("__getitem__", [](const PyBlocks& blocks, py::handle index) {
+    const Selection chosen = selection(index, blocks.blocks.size(), "blocks");
+    PyBlocks part{{}, chosen.single};
+    for (const std::size_t i : chosen.elements) part.blocks.push_back(blocks.blocks[i]);
+    return part;
   });
   b.def("__repr__", [](const PyBlocks& blocks) {
     const std::size_t n = blocks.blocks.size();
@@ -171,9 +213,7 @@ void bind_problem(py::module_& m) {
   c.def(
       "fix",
       [](PyProblem& self, py::handle x, bool fixed) {
-        const BlockVariables variables = block_variables(x, "fix");
-        for (const auto& state : variables.states)
-          for (const VariableHandle& handle : state.handles) self.change().fix(handle, fixed);
+        for (const PyVariable& variable : all_variables(x, "fix")) self.change().fix(variable.handle, fixed);
       },
       py::arg("x"), py::arg("fixed") = true, "fix(x, fixed=True)\n\nHold variables at their values, or free them.");
   c.def(
@@ -211,27 +251,37 @@ void bind_problem(py::module_& m) {
       py::arg("residual"), py::arg("bounds"), py::arg("x"),
       "subject_to(residual, bounds, x)\n\nAdd the constraint lower <= r <= upper.");
   c.def(
-      "remove",
-      [](PyProblem& self, py::handle what) {
-        if (py::isinstance<PyBlocks>(what)) {
-          for (const Block& block : what.cast<const PyBlocks&>().blocks) self.change().remove(block);
-          return;
-        }
-        for (const auto& state : block_variables(what, "remove").states)
-          for (const VariableHandle& handle : state.handles) self.change().remove(handle);
-      },
-      py::arg("what"), "remove(what)\n\nRemove blocks, or variables that no block reads.");
+      "remove", [](PyProblem& self, py::handle what) { remove(self.change(), what); }, py::arg("what"),
+      "remove(what)\n\nRemove blocks, or variables that no block reads: all of them, or none if there is an error.");
   c.def(
       "has",
       [](const PyProblem& self, py::handle what) {
-        if (py::isinstance<PyBlocks>(what)) return self.read().has(only(what.cast<const PyBlocks&>(), "has"));
-        return self.read().has(block_variables(what, "has").at(0, 0));
+        const Problem& problem = self.read();
+        if (py::isinstance<PyBlocks>(what)) {
+          const auto& blocks = what.cast<const PyBlocks&>().blocks;
+          return std::all_of(blocks.begin(), blocks.end(), [&](const Block& block) { return problem.has(block); });
+        }
+        const std::vector<PyVariable> variables = all_variables(what, "has");
+        return std::all_of(variables.begin(), variables.end(),
+                           [&](const PyVariable& x) { return problem.has(x.handle); });
       },
-      py::arg("what"), "has(what)\n\nReturn whether a variable or block is in the problem.");
+      py::arg("what"), "has(what)\n\nReturn whether variables or blocks are in the problem, all of them.");
+  c.def("__getitem__", &variable_named, py::arg("name"), "Return the variable of this name.");
+  c.def(
+      "cost",
+      [](PyProblem& self) {
+        const PyProblem::Solve solving(self);
+        Problem& problem = self.read();
+        const py::gil_scoped_release unlocked;
+        return NlpEvaluator(problem).cost();
+      },
+      "cost()\n\nReturn the cost at the current values of the variables.");
   c.def(
       "multipliers",
       [](const PyProblem& self, const PyBlocks& blocks) -> py::object {
         const Problem& problem = self.read();
+        for (const Block& block : blocks.blocks) problem.multipliers(block);  // throws for costs and other problems
+        if (!self.no_multipliers.empty() && !blocks.blocks.empty()) raise("NumericalError", self.no_multipliers);
         if (blocks.single) return py::cast(problem.multipliers(only(blocks, "multipliers")));
         const int dim = blocks.blocks.empty() ? 0 : int(problem.multipliers(blocks.blocks[0]).size());
         Numbers result = new_array(blocks.blocks.size(), false, {dim});
@@ -245,7 +295,7 @@ void bind_problem(py::module_& m) {
       py::arg("blocks"),
       "multipliers(blocks)\n\nReturn the Lagrange multipliers of the rows: the decrease of the minimal cost per unit "
       "by "
-      "which the active bound is raised.");
+      "which the active bound is raised. Raise NumericalError unless the last solve converged.");
   c.def(
       "weight", [](const PyProblem& self, const PyBlocks& b) { return self.read().weight(only(b, "weight")); },
       py::arg("block"), "weight(block)\n\nReturn the weight that the robust loss gives a cost.");

@@ -21,6 +21,7 @@ std::shared_ptr<PyProblem> PyProblem::copy() const {
     for (VariableHandle& x : block.variables) x = other->read().counterpart(Variable<R3>(x));  // uses the handle only
     other->remember(std::move(block));
   }
+  other->no_multipliers = no_multipliers;
   return other;
 }
 

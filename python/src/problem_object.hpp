@@ -4,6 +4,7 @@
 #include <memory>
 #include <thread>
 
+#include "interrupt.hpp"
 #include "variables.hpp"
 
 namespace tandem::python {
@@ -23,7 +24,9 @@ struct PythonBlock {
 /// so a problem is used concurrently only while a solve has released it.
 class PyProblem {
  public:
-  PyProblem() : PyProblem(std::make_shared<Problem>()) {}
+  PyProblem() : PyProblem(std::make_shared<Problem>()) {
+    no_multipliers = "multipliers: the problem has not been solved; call solve() first";
+  }
   explicit PyProblem(std::shared_ptr<Problem> problem) : problem_(std::move(problem)) {}
 
   /// Returns the problem for reading. Throws BusyError if another thread solves it.
@@ -38,7 +41,11 @@ class PyProblem {
   /// Returns those blocks that are still in the problem.
   std::vector<PythonBlock> python_blocks() const;
 
-  /// Marks the problem as being solved by this thread. Throws BusyError if it already is.
+  /// Why the multipliers are not those of a solution; empty if they are. Only the interpreter's lock guards it.
+  std::string no_multipliers;
+
+  /// Marks the problem as being solved by this thread. Throws BusyError if it already is. Created and destroyed with
+  /// the interpreter's lock. The interpreter waits at its exit until none exists, and sets their stop flags.
   class Solve {
    public:
     explicit Solve(PyProblem& problem);
@@ -46,7 +53,10 @@ class PyProblem {
     Solve(const Solve&) = delete;
     Solve& operator=(const Solve&) = delete;
 
+    std::atomic<bool>& stop() { return running_.flag(); }
+
    private:
+    RunningSolve running_;
     PyProblem& problem_;
   };
 

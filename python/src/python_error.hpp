@@ -21,6 +21,7 @@ class PythonError : public std::runtime_error {
   PythonError(const std::string& residual, const py::error_already_set& error)
       : std::runtime_error(residual + ": the residual raised " + summary(error)),
         error_(new py::error_already_set(error), [](py::error_already_set* e) {
+          if (!Py_IsInitialized()) return;
           const py::gil_scoped_acquire lock;
           delete e;
         }) {}

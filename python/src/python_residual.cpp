@@ -12,13 +12,13 @@
 
 #include <tandem/problem/stop.hpp>
 
+#include "complex_step.hpp"
 #include "interrupt.hpp"
 #include "python_error.hpp"
 
 namespace tandem::python {
 namespace {
 
-constexpr double kDifferenceStep = 1e-6, kComplexStep = 1e-30;
 constexpr std::size_t kMaxParameters = std::size_t(detail::kMaxStates) * 16;
 
 /// A residual type with its tables, which problems refer to.
@@ -75,6 +75,12 @@ std::shared_ptr<Callable> make_callable(py::object function, std::uintptr_t poin
 }  // namespace
 
 Callable::~Callable() {
+  if (!Py_IsInitialized()) {  // of a problem that outlives the interpreter
+    function.release();
+    data.release();
+    owner.release();
+    return;
+  }
   const py::gil_scoped_acquire lock;
   function = py::object();
   data = py::tuple();
@@ -261,7 +267,9 @@ void PythonResidual::call_locked(const PythonResidual* const* residuals, const v
     }
   } else {
     const py::dict none = f.jacobians == Jacobians::given ? py::dict(py::arg("jacobians") = false) : py::dict();
-    store_rows(checked(call(none), 0, "rows"));
+    const Numbers rows = checked(call(none), 0, "rows");
+    store_rows(rows);
+    bool compared = true;
     std::size_t first = 0;
     for (std::size_t s = 0; s < arity && jacobians; ++s)
       for (int k = 0; k < groups[s]->dof; ++k, first += dim) {
@@ -276,7 +284,15 @@ void PythonResidual::call_locked(const PythonResidual* const* residuals, const v
         if (f.jacobians == Jacobians::complex_step) {
           arguments[s] = perturbed(x_s, *groups[s], k, py::cast(std::complex<double>(0, kComplexStep)));
           const py::object value = py::module_::import("numpy").attr("asarray")(call(none)).attr("imag");
-          column(checked(value, 0, "rows"), 1 / kComplexStep, false);
+          const Numbers step = checked(value, 0, "rows");
+          column(step, 1 / kComplexStep, false);
+          if (f.complex_checks > 0) {
+            const auto moved = [&](double by) {
+              arguments[s] = perturbed(x_s, *groups[s], k, py::float_(by));
+              return checked(call(none), 0, "rows");
+            };
+            compared &= compare_complex_step(f.name, s, k, step, rows, moved(kDifferenceStep), moved(-kDifferenceStep));
+          }
         } else {
           for (const double sign : {1.0, -1.0}) {
             arguments[s] = perturbed(x_s, *groups[s], k, py::float_(sign * kDifferenceStep));
@@ -285,6 +301,8 @@ void PythonResidual::call_locked(const PythonResidual* const* residuals, const v
         }
         arguments[s] = x_s;
       }
+    if (jacobians && f.jacobians == Jacobians::complex_step && f.complex_checks > 0)
+      f.complex_checks = compared ? 0 : f.complex_checks - 1;
   }
   for (std::size_t i = 0; i < count; ++i) {
     std::byte* to = residuals[i]->x_.data();

@@ -28,6 +28,8 @@ struct Callable {
   std::vector<double> numbers;  ///< data of a compiled function, count × numbers_each
   std::size_t numbers_each = 0;
   py::object owner;  ///< keeps the code of a compiled function alive
+  /// Evaluations whose complex steps are still to be compared with differences.
+  mutable int complex_checks = 3;
 
   Callable() = default;
   Callable(const Callable&) = delete;

@@ -1,6 +1,7 @@
 #include "residual_family.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 #include "evaluate.hpp"
 
@@ -14,6 +15,31 @@ std::string group_names(const std::vector<const std::type_info*>& types) {
     text += (text.empty() ? "" : ", ") + (group ? group->name : type_name(*type));
   }
   return text;
+}
+
+/// Throws unless a value suits the member in one of the instances.
+void check_member(const Family& family, std::size_t k, py::handle value) {
+  const std::string& name = family.members[k];
+  const std::string what = family.name + ": " + name;
+  std::string wanted, message;
+  for (const Instance& instance : family.instances) try {
+      const Flat flat = instance.members[k].flatten(value, what);
+      for (const double x : flat.numbers) {
+        if (!std::isfinite(x)) throw py::value_error(what + ": must be finite");
+        if (name == "range" && x < 0) throw py::value_error(what + ": a distance must not be negative");
+        if (name.rfind("dt", 0) == 0 && x <= 0) throw py::value_error(what + ": a time step must be positive");
+      }
+      return;
+    } catch (const py::value_error& error) {
+      const std::string own = error.what();
+      if (own.find("NaN") != std::string::npos || own.find("must") != std::string::npos) throw;
+      const std::string group = group_names({instance.states[0]});
+      if (message != own) wanted += (wanted.empty() ? "" : ", ") + group;
+      message = message.empty() || message == own ? own : "groups";
+    }
+  if (message != "groups") throw py::value_error(message);
+  throw py::value_error(what + ": expected a value of " + wanted + ", not " +
+                        std::string(py::str(py::type::of(value).attr("__name__"))));
 }
 
 /// Fills the members from positional and keyword arguments.
@@ -38,6 +64,8 @@ FamilyResidual make_residual(const Family& family, const py::args& args, const p
     if (i < family.required && !residual.values[i])
       throw py::type_error(family.name + ": argument " + family.members[i] + " is missing");
   }
+  for (std::size_t i = 0; i < residual.values.size(); ++i)
+    if (residual.values[i]) check_member(family, i, residual.values[i]);
   return residual;
 }
 

@@ -20,7 +20,19 @@ Summary run(PyProblem& self, Solver options, const std::string& name, const py::
   Problem& problem = self.read();
   WatchedSolve watched(progress);
   watched.watch(options);
-  return watched.run([&] { return graduated ? solve_graduated(problem, options) : solve(problem, options); });
+  const Summary summary =
+      watched.run([&] { return graduated ? solve_graduated(problem, options) : solve(problem, options); });
+  self.no_multipliers = !summary.converged() ? "multipliers: the last solve did not converge: " + summary.message
+                        : name.rfind("nlopt:", 0) == 0
+                            ? "multipliers: " + name + " computes none; use augmented-lagrangian or ipopt"
+                            : std::string();
+  if (!summary.converged()) {
+    const py::object warning = exception_class("IncompleteWarning");
+    const std::string text = name + ": " + std::string(tandem::name(summary.status)) + ": " + summary.message;
+    // The frame above is that of _calls.py.
+    if (PyErr_WarnEx(warning.ptr(), text.c_str(), 2) != 0) throw py::error_already_set();
+  }
+  return summary;
 }
 
 Summary solve_by(PyProblem& self, std::string solver, const py::object& progress, bool graduated,
@@ -70,15 +82,16 @@ void bind_solve(py::module_& m, py::class_<PyProblem, std::shared_ptr<PyProblem>
         "require_converged()\n\nRaise InfeasibleError or NumericalError unless the solve converged.");
   s.def("__repr__", [](const Summary& x) {
     return "<" + x.solver + ": " + std::string(name(x.status)) + ", cost " + std::string(py::str(py::float_(x.cost))) +
-           ", " + std::to_string(x.iterations) + " iterations>";
+           ", " + std::to_string(x.iterations) + " iterations" + (x.converged() ? "" : "; " + x.message) + ">";
   });
   s.def("_repr_html_", [](const Summary& x) {
     const auto row = [](const std::string& key, const std::string& value) {
       return "<tr><td>" + key + "</td><td>" + value + "</td></tr>";
     };
     return "<table>" + row("solver", x.solver) + row("status", std::string(name(x.status))) +
-           row("cost", py::str(py::float_(x.cost))) + row("iterations", std::to_string(x.iterations)) +
-           row("violation", py::str(py::float_(x.max_violation))) + "</table>";
+           row("message", x.message) + row("cost", py::str(py::float_(x.cost))) +
+           row("iterations", std::to_string(x.iterations)) + row("violation", py::str(py::float_(x.max_violation))) +
+           "</table>";
   });
   c.def(
       "solve", &solve_by, py::arg("solver") = "auto", py::kw_only(), py::arg("progress") = py::none(),
@@ -87,7 +100,7 @@ void bind_solve(py::module_& m, py::class_<PyProblem, std::shared_ptr<PyProblem>
       "best point found. Solvers: gauss-newton, augmented-lagrangian, ipopt, nlopt:ALGORITHM; auto is gauss-newton, or "
       "augmented-lagrangian with constraints. Options are those of the C++ structs of the same solver, for example "
       "max_iterations, time_limit, threads, cost_tolerance. progress(dict) is called once per iteration. Ctrl-C ends "
-      "the solve with status 'interrupted'.");
+      "the solve with status 'interrupted'. A solve that does not converge gives an IncompleteWarning.");
 }
 
 }  // namespace tandem::python

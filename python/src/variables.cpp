@@ -43,29 +43,67 @@ const VariableFunctions& variable_functions(const Group& group) {
   return all.at(group.type->name());
 }
 
+namespace {
+
+/// Appends variables of one group: a variable, an array of variables, or a list of them.
+void append(py::handle item, PyVariables& to, const std::string& what) {
+  const Group* group = nullptr;
+  if (py::isinstance<PyVariable>(item)) {
+    const auto& x = item.cast<const PyVariable&>();
+    to.handles.push_back(x.handle);
+    group = x.group;
+  } else if (py::isinstance<PyVariables>(item)) {
+    const auto& x = item.cast<const PyVariables&>();
+    to.handles.insert(to.handles.end(), x.handles.begin(), x.handles.end());
+    group = x.group;
+  } else if (is_list(item)) {
+    for (const py::handle part : item) append(part, to, what);
+    return;
+  } else {
+    throw py::type_error(what + ": expected variables as returned by Problem.add, not " +
+                         std::string(py::str(py::type::of(item).attr("__name__"))));
+  }
+  if (to.group && to.group != group)
+    throw py::type_error(what + ": a list of variables has variables of one group, not of " + to.group->name + " and " +
+                         group->name);
+  to.group = group;
+}
+
+}  // namespace
+
+bool is_list(py::handle value) { return py::isinstance<py::list>(value) || py::isinstance<py::tuple>(value); }
+
+PyVariables variables_of(py::handle value, const std::string& what) {
+  PyVariables all{{}, nullptr};
+  append(value, all, what);
+  if (!all.group) throw py::value_error(what + ": the list of variables is empty");
+  return all;
+}
+
+std::vector<PyVariable> all_variables(py::handle value, const std::string& what) {
+  if (is_list(value)) {
+    std::vector<PyVariable> all;
+    for (const py::handle item : value)
+      for (const PyVariable& x : all_variables(item, what)) all.push_back(x);
+    return all;
+  }
+  const PyVariables part = variables_of(value, what);
+  std::vector<PyVariable> all;
+  for (const VariableHandle& x : part.handles) all.push_back({x, part.group});
+  return all;
+}
+
 BlockVariables block_variables(py::handle value, const std::string& what) {
   BlockVariables result;
   const auto add = [&](py::handle item) {
-    BlockVariables::State state;
-    const Group* group = nullptr;
-    if (py::isinstance<PyVariable>(item)) {
-      const auto& x = item.cast<const PyVariable&>();
-      state = {{x.handle}, true};
-      group = x.group;
-    } else if (py::isinstance<PyVariables>(item)) {
-      const auto& x = item.cast<const PyVariables&>();
-      state = {x.handles, false};
-      group = x.group;
-    } else {
-      throw py::type_error(what + ": expected variables as returned by Problem.add, not " +
-                           std::string(py::str(py::type::of(item).attr("__name__"))));
-    }
+    PyVariables all = variables_of(item, what);
+    BlockVariables::State state{std::move(all.handles), py::isinstance<PyVariable>(item)};
     result.count = common_size(result.count, result.single, state.handles.size(), state.single, what);
     result.single = result.single && state.single;
     result.states.push_back(std::move(state));
-    result.groups.push_back(group);
+    result.groups.push_back(all.group);
   };
-  if (py::isinstance<py::list>(value) || py::isinstance<py::tuple>(value))
+  if (is_list(value))
     for (const py::handle item : value) add(item);
   else
     add(value);
@@ -88,23 +126,12 @@ void bind_variables(py::module_& m) {
   });
   py::class_<PyVariables> a(m, "Variables", "An array of variables of one group, as returned by Problem.add.");
   a.def("__len__", [](const PyVariables& x) { return x.handles.size(); });
-  a.def("__getitem__", [](const PyVariables& x, py::ssize_t i) {
-    const auto count = py::ssize_t(x.handles.size());
-    if (i < -count || i >= count)
-      throw py::index_error("index " + std::to_string(i) + " is outside the " + std::to_string(count) + " variables");
-    return PyVariable{x.handles[std::size_t(i < 0 ? i + count : i)], x.group};
-  });
-  a.def("__getitem__", [](const PyVariables& x, const py::slice& slice) {
-    std::size_t start, stop, step, length;
-    if (!slice.compute(x.handles.size(), &start, &stop, &step, &length)) throw py::error_already_set();
+  a.def("__getitem__", [](const PyVariables& x, py::handle index) -> py::object {
+    const Selection chosen = selection(index, x.handles.size(), "variables");
+    if (chosen.single) return py::cast(PyVariable{x.handles[chosen.elements[0]], x.group});
     PyVariables part{{}, x.group};
-    for (std::size_t i = 0; i < length; ++i) part.handles.push_back(x.handles[start + i * step]);
-    return part;
-  });
-  a.def("__getitem__", [](const PyVariables& x, py::handle selection) {
-    PyVariables part{{}, x.group};
-    for (const std::size_t i : indices(selection, x.handles.size())) part.handles.push_back(x.handles[i]);
-    return part;
+    for (const std::size_t i : chosen.elements) part.handles.push_back(x.handles[i]);
+    return py::cast(std::move(part));
   });
   a.def("__repr__", [](const PyVariables& x) {
     return "<" + std::to_string(x.handles.size()) + " variables: " + x.group->name + ">";

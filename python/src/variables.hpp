@@ -40,7 +40,13 @@ struct BlockVariables {
 
   const VariableHandle& at(std::size_t s, std::size_t i) const { return states[s].handles[states[s].single ? 0 : i]; }
 };
-/// Converts a variable, or a sequence of variables and arrays of variables. Throws ValueError if the lengths differ.
+bool is_list(py::handle value);
+/// Returns the variables of one group in a variable, an array of variables, or a list of both.
+PyVariables variables_of(py::handle value, const std::string& what);
+/// Returns the variables of any groups in a variable, an array of variables, or a list of both.
+std::vector<PyVariable> all_variables(py::handle value, const std::string& what);
+/// Converts a variable, or a sequence with one item for each state: a variable, an array or a list of variables. Throws
+/// ValueError if the lengths differ.
 BlockVariables block_variables(py::handle value, const std::string& what);
 
 void bind_variables(py::module_& m);

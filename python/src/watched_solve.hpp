@@ -10,7 +10,7 @@
 namespace tandem::python {
 
 /// A computation without the interpreter's lock. Between its iterations, Ctrl-C ends it at its best point, and a Python
-/// function may receive its progress.
+/// function may receive its progress. The exit of the interpreter ends it, too.
 class WatchedSolve {
  public:
   /// `progress` is a function or None.
@@ -20,10 +20,10 @@ class WatchedSolve {
   }
   WatchedSolve(const WatchedSolve&) = delete;
 
-  const std::atomic<bool>& stop() const { return stop_; }
+  const std::atomic<bool>& stop() { return running_.flag(); }
   /// Makes a solve with these options stop and report. The object must outlive the solve.
   void watch(SolverOptions& options) {
-    options.stop = &stop_;
+    options.stop = &stop();
     options.progress = [this](const Progress& p) {
       report([&] {
         return py::dict(py::arg("iteration") = p.iteration, py::arg("cost") = p.cost, py::arg("step") = p.step,
@@ -41,7 +41,7 @@ class WatchedSolve {
   void report(Values values) {
     const py::gil_scoped_acquire lock;
     poll();
-    if (progress_.is_none() || stop_) return;
+    if (progress_.is_none() || stop()) return;
     try {
       progress_(values());
     } catch (const py::error_already_set& error) {
@@ -51,8 +51,8 @@ class WatchedSolve {
   /// Returns f(), computed without the lock.
   template <class F>
   auto run(F f) {
-    stop_ = false;
-    const SolveStop of_this_thread(stop_);
+    running_.flag() = false;
+    const SolveStop of_this_thread(running_.flag());
     const py::gil_scoped_release unlocked;
     return f();
   }
@@ -60,10 +60,10 @@ class WatchedSolve {
  private:
   void stop_or_throw(const char* source, const py::error_already_set& error) {
     if (!error.matches(PyExc_KeyboardInterrupt)) throw PythonError(source, error);
-    stop_ = true;
+    running_.flag() = true;
   }
 
-  std::atomic<bool> stop_ = false;
+  RunningSolve running_;
   py::object progress_;
 };
 

@@ -184,8 +184,11 @@ def run(result_type: Any, command: str, positional: Sequence[Any], options: Mapp
     if status == _INCOMPLETE and not summary and (folder is None or not folder.exists()):
         raise Error(_message(errors))
     result = result_type._of_run(command, summary, folder, temporary)
-    if status == _INCOMPLETE:
-        result.incomplete = _message(errors)
+    for text in summary.get("warnings", ()):
+        warnings.warn(f"{command}: {text}", UserWarning, stacklevel=3)
+    if status == _INCOMPLETE or (status == _SUCCESS and summary.get("status", "converged") != "converged"):
+        # A plan that is stopped early meets its constraints, but is not optimal.
+        result.incomplete = _message(errors) if status == _INCOMPLETE else str(summary["message"])
         warnings.warn(result.incomplete, IncompleteWarning, stacklevel=3)
     elif status == _MISFIT:
         error = MisfitError(_message(errors))

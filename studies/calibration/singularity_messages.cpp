@@ -12,10 +12,14 @@ std::string explain_singularity(const Error& error) {
 }
 
 std::string with_remedies(const NotObservableError& error, const std::string& scenarios) {
+  const bool rotation = error.states().find("rotation") != std::string::npos;
   return fmt::format(
-      "{}: {} with the given noise or close to it; bound outliers (--robust), constrain the motion (--model, --mode "
+      "{}: {} with the given noise or close to it; {}bound outliers (--robust), constrain the motion (--model, --mode "
       "A), or use more keyframes",
-      scenarios, undetermined(error.states()));
+      scenarios, undetermined(error.states()),
+      rotation ? "tie the orientation to the motion (--non-holonomic soft), estimate positions only (--model "
+                 "constant-velocity), "
+               : "");
 }
 
 }  // namespace tandem

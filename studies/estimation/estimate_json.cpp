@@ -1,5 +1,6 @@
 #include <tandem/studies/estimation/error_fields.hpp>
 #include <tandem/studies/estimation/estimate_report_parts.hpp>
+#include <tandem/studies/estimation/unobservable_text.hpp>
 #include <tandem/studies/fit/fit_text.hpp>
 #include <tandem/studies/navigation/fit_delay_json.hpp>
 #include <tandem/studies/navigation/systematic_error_estimates_json.hpp>
@@ -83,7 +84,7 @@ JsonFields<Estimate> estimate_fields() {
       .add("status", "converged, or why the solve ended", [](const E& e) { return name(e.summary.status); })
       .add("message", "explanation of the status", [](const E& e) { return e.summary.message; })
       .add("unobservable", "states that the data do not determine; their standard deviations are infinite",
-           [](const E& e) { return if_given(describe(e.summary.unobservable)); })
+           [](const E& e) { return if_given(unobservable_states(e)); })
       .add("initial_cost", "cost of the initial guess", [](const E& e) { return e.summary.initial_cost; })
       .add("cost", "final cost", [](const E& e) { return e.summary.cost; })
       .add("keyframes", "number of keyframes", [](const E& e) { return e.keyframes.size(); })
@@ -113,10 +114,11 @@ JsonFields<Estimate> estimate_fields() {
                  for (const EgoSensorUse& s : e.ego_sensors) sensors.emplace_back(s.name, s);
                  return sensors;
                })
-      .add("findings", "sentences about implausible or missing data",
+      .add("findings", "sentences about implausible or missing data, and states that the data do not determine",
            [](const E& e) {
              std::vector<std::string> texts;
              for (const NavigationFinding& finding : e.findings) texts.push_back(finding.text());
+             if (!e.summary.unobservable.empty()) texts.push_back(unobservable_text(e));
              return texts;
            })
       .add("dvl_scale", "estimated scale factor of the DVL, with --dvl-scale",

@@ -7,6 +7,7 @@
 #include <tandem/studies/estimation/estimate_report.hpp>
 #include <tandem/studies/estimation/estimate_report_parts.hpp>
 #include <tandem/studies/estimation/spread_text.hpp>
+#include <tandem/studies/estimation/unobservable_text.hpp>
 #include <tandem/studies/fit/fit_text.hpp>
 #include <tandem/studies/support/mahalanobis.hpp>
 
@@ -165,8 +166,7 @@ std::string report(const Estimate& estimate) {
   if (estimate.hard_blocks > 0)
     text += fmt::format("largest violation of a hard constraint: {:.2g}\n", summary.max_violation);
   if (!summary.converged()) text += fmt::format("NOT CONVERGED: {}\n", summary.message);
-  if (!summary.unobservable.empty())
-    text += fmt::format("Unobservable, hence with infinite standard deviations: {}\n", describe(summary.unobservable));
+  if (!summary.unobservable.empty()) text += unobservable_text(estimate) + ".\n";
 
   const auto line = [](const auto&... cells) {
     return fmt::format("{:<11} {:>6}   {:>17}   {:>15}   {:>17}\n", cells...);

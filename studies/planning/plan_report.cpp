@@ -100,6 +100,17 @@ std::vector<std::string> conflicting_limits(const PlannedRun& run) {
   return texts;
 }
 
+/// Returns sentences about problems of the plan that its status does not show.
+std::vector<std::string> warnings(const PlannedRun& run) {
+  constexpr double kFar = 5, kTurned = 20;  // m and °: a controller cannot be expected to follow such a plan
+  const DiscretisationError& error = run.discretisation;
+  if (error.position <= kFar && kDegrees * error.heading <= kTurned) return {};
+  return {fmt::format(
+      "in continuous time, the commands move the vehicle up to {:.1f} m and {:.0f}° away from the plan, because the "
+      "steps of {:g} s are long for its motion; use a shorter --step, or replan often",
+      error.position, kDegrees * error.heading, run.request.plan.dt)};
+}
+
 JsonFields<PlannedRun> plan_fields() {
   using R = PlannedRun;
   return JsonFields<R>()
@@ -133,7 +144,8 @@ JsonFields<PlannedRun> plan_fields() {
       .add_object("target_three_sigma_m", "3σ bound of the target's predicted position, largest of the axes [m]",
                   three_sigma_fields(), [](const R& r) -> const R& { return r; })
       .add("active_constraints", "number of active rows by constraint",
-           [](const R& r) { return count_by_kind(r.active); });
+           [](const R& r) { return count_by_kind(r.active); })
+      .add("warnings", "problems of the plan that its status does not show", warnings);
 }
 
 }  // namespace
@@ -155,9 +167,10 @@ std::string report(const PlannedRun& run) {
                       three_sigma(run.instants.front().target_covariance),
                       three_sigma(run.instants.back().target_covariance),
                       three_sigma(run.instants.back().target_covariance_with_fixes));
-  if (run.active.empty()) return text + "active bounds     none\n";
+  if (run.active.empty()) text += "active bounds     none\n";
   for (const auto& [constraint, count] : count_by_kind(run.active))
     text += fmt::format("active bounds     {} × {}\n", count, constraint);
+  for (const std::string& warning : warnings(run)) text += "WARNING: " + warning + ".\n";
   return text;
 }
 

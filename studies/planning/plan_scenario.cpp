@@ -18,6 +18,10 @@ constexpr double kRateInterval = 60.0;  // s: averaging interval of sensor rates
 
 /// Returns the odometry and the measurements up to the time `at` [s].
 TrackingData data_until(const TrackingData& data, double at) {
+  constexpr double kMargin = 1;  // s: the last pose is taken for the end of the recording
+  if (!data.odometry.empty() && at > data.odometry.back().t + kMargin)
+    throw Error(fmt::format("--at {:g} s is after the odometry, which covers {:g} s to {:g} s", at,
+                            data.odometry.front().t, data.odometry.back().t));
   TrackingData past = data;
   std::erase_if(past.odometry, [&](const Stamped<SE3>& pose) { return pose.t > at; });
   if (past.odometry.size() < 2)

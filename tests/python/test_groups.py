@@ -154,3 +154,62 @@ def test_actions_on_points():
     points = np.random.default_rng(2).normal(size=(4, 3))
     expected = np.einsum("nij,nj->ni", x.matrix(), np.column_stack([points, np.ones(4)]))[:, :3]
     assert np.allclose(x.act(points), expected)
+
+
+def test_arrays_are_indexed_as_in_numpy():
+    x = SE3.exp(np.arange(24.0).reshape(4, 6) / 20)
+    variables = tandem.Problem().add(x, "x")
+    numbers = np.arange(4)
+    for index in (1, -1, np.int64(2), np.array(3), slice(1, None, 2), [0, 2], [-1, 0], np.array([], dtype=int), [],
+                  np.array([False, False, True, True]), [True, False, False, True], np.zeros(4, dtype=bool)):
+        expected = numbers[np.array([], dtype=int) if isinstance(index, list) and not index else index]
+        part, handles = x[index], variables[index]
+        if np.ndim(expected) == 0:
+            assert np.array_equal(part.log(), x[int(expected)].log()) and handles.name == f"x {expected}"
+        else:
+            assert np.array_equal(part.log(), x.log()[expected])
+            assert [h.name for h in handles] == [f"x {i}" for i in expected]
+    for wrong, error in ((0.7, TypeError), ([0.7], TypeError), (np.array([1.0]), TypeError), ("a", TypeError),
+                         (None, TypeError), (True, TypeError), ([[0, 1]], TypeError), (4, IndexError),
+                         ([0, 4], IndexError), ([-5], IndexError), ([True, False], IndexError)):
+        for array in (x, variables):
+            with pytest.raises(error) as caught:
+                array[wrong]
+            assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize("call, message", [
+    (lambda: SE3.from_matrix(np.diag([1.0, 1, 1, 2])), "last row"),
+    (lambda: SE2.from_matrix(np.array([[1.0, 0, 0], [0, 1, 0], [1, 0, 1]])), "last row"),
+    (lambda: SE3().interpolate(SE3(), np.nan), "finite"),
+    (lambda: tandem.Range(np.nan), "Range: range"),
+    (lambda: tandem.Range("a"), "Range: range"),
+    (lambda: tandem.Range(-1.0), "negative"),
+    (lambda: tandem.Range(np.inf), "finite"),
+    (lambda: tandem.TwistComponents(0.0, "sway"), "dt: a time step must be positive"),
+    (lambda: tandem.Prior("a"), "Prior: z: expected"),
+    (lambda: tandem.between(2, 1), "between: no number"),
+    (lambda: tandem.between([0, 0], [1, 1, 1]), "2 lower and 3 upper"),
+    (lambda: tandem.at_most(np.inf), "at_most"),
+    (lambda: tandem.equal_to(np.inf), "equal_to"),
+])
+def test_values_are_checked_at_once(call, message):
+    with pytest.raises(ValueError, match=message) as error:
+        call()
+    assert "\n" not in str(error.value)
+
+
+@pytest.mark.parametrize("call, message", [
+    (lambda: tandem.FixedLag(5), r"^FixedLag: expected FixedLag\(\*, window=60.0"),
+    (lambda: tandem.Gaussian(1, 2, 3), r"^Gaussian: expected Gaussian\(sigmas\), not \(int, int, int\)"),
+    (lambda: tandem.Problem().minimize(tandem.Prior(R3([0, 0, 0])), 1.0, None, None, None),
+     r"^minimize: expected minimize\(residual, noise, x, loss=None\)"),
+    (lambda: tandem.Problem().value(), "^value: expected value"),
+    (lambda: SE3.identity("a"), "^identity: expected identity"),
+    (lambda: tandem.Huber("a"), "^Huber: expected Huber"),
+    (lambda: SE3(1, 2, 3, 4), r"^SE3: expected SE3\("),
+])
+def test_calls_with_wrong_arguments_are_one_sentence(call, message):
+    with pytest.raises(TypeError, match=message) as error:
+        call()
+    assert "\n" not in str(error.value) and "incompatible" not in str(error.value)

@@ -486,6 +486,39 @@ def test_interrupted_solve_returns_the_best_point():
     assert summary.status in ("interrupted", "converged") and np.isfinite(summary.cost)
 
 
+def test_removals_are_complete_or_nothing():
+    p, x, blocks, _ = chain()
+    p.remove(blocks[3])
+    assert not p.has(blocks[3]) and p.has(blocks[4]) and not p.has(blocks) and p.has(blocks[4:7])
+    with pytest.raises(tandem.StaleHandleError, match="block 3 of the 19"):
+        p.remove(blocks)
+    assert p.statistics["costs"] == 19
+    extra = p.add(R2(np.zeros((3, 2))), "extra")
+    with pytest.raises(tandem.BadInputError, match="x 0"):
+        p.remove([extra, x])
+    assert p.has(extra) and p.has([extra, x[0]])
+    p.remove([extra[0], extra[1:]])
+    assert not p.has(extra)
+
+
+def test_lists_of_variables_are_arrays():
+    p = tandem.Problem()
+    xs = [p.add(SE3.exp([float(i), 0, 0, 0, 0, 0]), f"x{i}") for i in range(5)]
+    blocks = p.minimize(tandem.RelativePose(SE3.identity(4)), 1.0, [xs[:-1], xs[1:]])
+    assert len(blocks) == 4 and p.cost() == pytest.approx(2.0)
+    assert np.allclose(p.value(xs).translation[:, 0], range(5)) and p.value(xs[0]).translation.shape == (3,)
+    assert p["x3"] == xs[3]
+    with pytest.raises(KeyError, match="x9"):
+        p["x9"]
+    p.minimize(tandem.Prior(SE3()), 1.0, xs[0])
+    p.solve()
+    assert p.cost() < 1e-12 and tandem.Marginals(p).covariance(xs).shape == (5, 6, 6)
+    p.set_value(xs, SE3.identity(5))
+    p.fix([xs[:2], xs[2:]])
+    with pytest.raises(TypeError, match="SE3 and R1"):
+        p.value([xs[0], p.add(R1([0.0]))])
+
+
 def solved_cost(seed):
     p, *_ = chain(3000, seed)
     return p.solve(max_iterations=3).cost

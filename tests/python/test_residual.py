@@ -312,3 +312,58 @@ def test_numba_functions():
 def test_bad_definitions_are_one_sentence(call, message):
     with pytest.raises(tandem.BadInputError, match=message):
         call()
+
+
+@pytest.mark.parametrize("function, allowed", [
+    (lambda x: x[:1] ** 2 + x[1:], True),
+    (lambda x: np.array([3.0]), True),
+    (lambda x: np.linalg.norm(x)[None], False),
+    (lambda x: np.abs(x[:1]), False),
+    (lambda x: x[:1] + np.abs(x[1:]), False),
+    (lambda x: np.array([float(np.real(x[0]))]), False),
+])
+def test_complex_steps_that_lose_the_imaginary_part_are_an_error(function, allowed):
+    p = tandem.Problem()
+    x = p.add(R2([1.0, 2.0]), "x")
+    p.minimize(tandem.residual(function, dim=1, jacobian="complex", name="mine"), 1.0, x)
+    p.minimize(tandem.Prior(R2([0.0, 0.0])), 1.0, x)
+    if allowed:
+        assert p.solve().converged
+        return
+    with pytest.raises(tandem.ResidualError, match="mine: .*np.linalg.norm, abs, max"):
+        p.solve()
+
+
+def test_residuals_of_ones_own_are_functions():
+    @tandem.residual(dim=1)
+    def altitude(x):
+        return x.translation[2:]
+
+    x = SE3.exp([1, 2, 3, 0, 0, 0])
+    assert altitude(x) == pytest.approx([3.0])
+    rows, (J,) = altitude(x, jacobians=True)
+    assert rows.shape == (1,) and np.allclose(J, [[0, 0, 1, 0, 0, 0]], atol=1e-8)
+    assert altitude(SE3.identity(4)).shape == (4, 1)
+    tandem.testing.check_jacobians(altitude, x)
+    double = tandem.residual(lambda y: 2 * y, dim=2)
+    assert np.allclose(double([1.0, 2.0]), [2, 4]) and np.allclose(double(R2([1.0, 2.0])), [2, 4])
+    batched = tandem.residual(relative, dim=6, jacobian="given", batched=True)
+    y = SE3.exp(np.random.default_rng(1).normal(size=(3, 6)))
+    tandem.testing.check_jacobians(batched, SE3.identity(3), y)
+    wrong = tandem.residual(lambda y, jacobians=False: (y, [np.zeros((len(y), 2, 2))]) if jacobians else y, dim=2,
+                            jacobian="given", batched=True)
+    with pytest.raises(AssertionError, match="column 0 of block 0"):
+        tandem.testing.check_jacobians(wrong, R2(np.ones((3, 2))))
+
+
+def test_data_are_copied_and_finite():
+    data = np.arange(3.0)
+    f = tandem.residual(lambda x, d: x - d[:, None], dim=1, batched=True, data=data)
+    p = tandem.Problem()
+    x = p.add(R1(np.zeros((3, 1))), "x")
+    p.minimize(f, 1.0, x)
+    data += 100
+    q = p.copy()
+    assert q.cost() == pytest.approx(2.5)
+    with pytest.raises(tandem.BadInputError, match="NaN"):
+        tandem.residual(lambda x, d: x, dim=1, batched=True, data=np.array([0.0, np.nan]))

@@ -274,6 +274,31 @@ def test_other_commands():
     assert tandem.estimate(simulated).converged
 
 
+def test_a_plan_that_is_stopped_early_is_marked():
+    with pytest.warns(tandem.IncompleteWarning):
+        stopped = tandem.plan("docking_a", at=400, deadline=1)
+    assert stopped.summary.status == "time-limit" and not stopped.converged
+
+
+def test_plans_warn_of_steps_that_are_too_long():
+    with pytest.warns(UserWarning, match="away from the plan"):
+        plan = tandem.plan("docking_a", at=1000, horizon=30)
+    assert plan.converged and len(plan.summary.warnings) == 1
+    with pytest.raises(tandem.BadInputError, match="after the odometry, which covers"):
+        tandem.plan("docking_a", at=1e5)
+
+
+def test_estimates_name_what_the_data_do_not_determine():
+    s = tandem.read_scenario("docking_a")
+    del s.measurements["optical"]
+    s.noise["constant_twist"] = [0.1] * 6
+    estimate = tandem.estimate(s, roll_pitch="off", max_keyframes=100)
+    assert not np.isfinite(estimate.target.sigmas).all()
+    assert any("--non-holonomic soft" in finding for finding in estimate.summary.findings)
+    assert "add a residual" not in estimate.summary.unobservable
+    assert np.isfinite(tandem.estimate(s, non_holonomic="soft", max_keyframes=100).target.sigmas).all()
+
+
 def test_recordings_are_imported_described_and_exported(docking, tmp_path):
     assert "tum" in tandem.export(docking, format="tum").summary.format
     assert tandem.info(tandem.read_scenario("docking_a")).summary.name == "docking_a"

@@ -1,0 +1,89 @@
+"""Solves and covariances: failures, interrupts and the exit of the interpreter."""
+
+import subprocess
+import sys
+import time
+import warnings
+
+import numpy as np
+import pytest
+
+import tandem
+from tandem import R1, SE3
+
+
+def test_failed_solves_warn_and_have_no_multipliers():
+    p = tandem.Problem()
+    x = p.add(R1([0.0]), "x")
+    p.minimize(tandem.Prior(R1([2.0])), 1.0, x)
+    bound = p.subject_to(tandem.Prior(R1([0.0])), tandem.at_most(1.0), x)
+    with pytest.raises(tandem.NumericalError, match="not been solved"):
+        p.multipliers(bound)
+    with pytest.warns(tandem.IncompleteWarning, match="max-iterations"):
+        summary = p.solve(max_iterations=0)
+    assert summary.message in repr(summary)
+    with pytest.raises(tandem.NumericalError, match="did not converge"):
+        p.copy().multipliers(bound)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        assert p.solve().converged
+    assert p.multipliers(bound) == pytest.approx([1.0]) and p.copy().multipliers(bound) == pytest.approx([1.0])
+    p.subject_to(tandem.Prior(R1([0.0])), tandem.at_least(2.0), x)
+    with pytest.warns(tandem.IncompleteWarning):
+        p.solve()
+    with pytest.raises(tandem.NumericalError, match="did not converge"):
+        p.multipliers(bound)
+    for options in (dict(max_iterations=-2), dict(time_limit=-1.0), dict(time_limit=np.nan)):
+        with pytest.raises(tandem.BadInputError, match="negative"):
+            p.solve(**options)
+
+
+def test_marginals_far_from_the_minimum_are_not_much_slower():
+    n = 3000
+    p = tandem.Problem()
+    x = p.add(SE3.identity(n), "x")
+    p.minimize(tandem.Prior(SE3()), 1.0, x[0])
+    steps = SE3.exp(np.random.default_rng(0).normal(size=(n - 1, 6)) * 0.1)
+    p.minimize(tandem.RelativePose(steps), 0.1, [x[:-1], x[1:]])
+
+    def seconds():
+        start = time.process_time()
+        tandem.Marginals(p)
+        return time.process_time() - start
+
+    far = min(seconds() for _ in range(2))
+    p.solve()
+    assert far < 6 * min(seconds() for _ in range(2)) + 0.05
+
+
+def test_interrupts_end_marginals():
+    script = (
+        "import os, signal, threading, time, numpy as np, tandem\n"
+        "from tandem import R3, Problem, Prior, RelativePose\n"
+        "n = 60000\np = Problem()\nx = p.add(R3(np.zeros((n, 3))))\n"
+        "p.minimize(RelativePose(R3(np.ones((n - 1, 3)))), 1.0, [x[:-1], x[1:]])\n"
+        "threading.Timer(0.02, lambda: os.kill(os.getpid(), signal.SIGINT)).start()\n"
+        "try:\n    tandem.Marginals(p)\nexcept KeyboardInterrupt:\n    print('interrupted')\n"
+        "else:\n    print('complete')\n"
+        "print(tandem.Marginals(p) is not None)\n")
+    output = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, timeout=120)
+    assert output.stdout.split() == ["interrupted", "True"], output.stderr
+
+
+@pytest.mark.parametrize("residual", ["tandem.residual(slow, dim=2)", "tandem.Prior(tandem.R2([1.0, 1.0]))"])
+@pytest.mark.parametrize("end", ["", "raise SystemExit(0)"])
+def test_exit_while_a_thread_solves(residual, end):
+    script = (
+        "import threading, time, numpy as np, tandem\n"
+        "def slow(y):\n    time.sleep(0.001)\n    return np.array([1 - y[0], 10 * (y[1] - y[0] ** 2)])\n"
+        "def work():\n"
+        "    while True:\n"
+        "        p = tandem.Problem()\n"
+        "        x = p.add(tandem.R2(np.full((300, 2), 3.0)))\n"
+        f"        p.minimize({residual}, 1.0, x)\n"
+        "        p.solve()\n"
+        "threading.excepthook = lambda _: None\n"
+        "for _ in range(3):\n    threading.Thread(target=work, daemon=True).start()\n"
+        f"time.sleep(0.3)\nprint('end', flush=True)\n{end}\n")
+    output = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, timeout=60)
+    assert output.returncode == 0 and output.stdout == "end\n", output.stderr
