@@ -27,7 +27,7 @@ def _signatures(name: str, doc: str) -> List[str]:
             else:
                 part += char
         plain = [re.sub(r":[^=]*?(?= = |$)", "", a).replace(" = ", "=") for a in arguments if not a.startswith("self")]
-        text = ", ".join(p for p in plain if p)
+        text = ", ".join(p for p in plain if p).replace("**kwargs", "option=value, ...")
         if text not in result and "arg0" not in text:
             result.append(text)
     return result
@@ -38,11 +38,12 @@ def _readable(function: Any, name: str, doc: str, skipped: int) -> Any:
     def call(*args: Any, **kwargs: Any) -> Any:
         try:
             return function(*args, **kwargs)
-        except (TypeError, RuntimeError) as error:
-            text = str(error)
+        except BaseException as error:
+            args = args[skipped:]  # tools that show this frame must not touch an object that is not constructed
+            text = str(error) if isinstance(error, (TypeError, RuntimeError)) else ""
             if "incompatible" not in text.partition("\n")[0] and not text.startswith("Unable to cast"):
                 raise
-        given = [type(a).__name__ for a in args[skipped:]] + [f"{k}={type(v).__name__}" for k, v in kwargs.items()]
+        given = [type(a).__name__ for a in args] + [f"{k}={type(v).__name__}" for k, v in kwargs.items()]
         known = " or ".join(f"{name}({s})" for s in _signatures(name, doc)) or f"other arguments of {name}"
         raise TypeError(f"{name}: expected {known}, not ({', '.join(given)})") from None
     return call

@@ -172,8 +172,7 @@ void OnlineEstimator::Streams::update_output_health() {
   std::size_t of_chaser = uses_imu() && window_->has_chain(), of_target = 0;
   for (std::size_t i = 0; i < own; ++i)
     of_chaser += limits_drift(ego_->sensors[i]) && health_.agrees(i, queue_.clock());
-  for (std::size_t i = 0; i < settings_.sensors.size(); ++i)
-    of_target += health_.agrees(own + i, queue_.clock());
+  for (std::size_t i = 0; i < settings_.sensors.size(); ++i) of_target += health_.agrees(own + i, queue_.clock());
   health_.set_confirmed(of_chaser > 1, of_target > 1);
 }
 
