@@ -8,7 +8,6 @@ import pathlib
 import pkgutil
 import subprocess
 import sys
-import time
 
 import pytest
 

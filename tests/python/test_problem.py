@@ -1,9 +1,7 @@
-"""Problems: variables, blocks, solvers, covariances, files and misuse."""
+"""Problems: variables, blocks, solvers, covariances and files."""
 
 import copy
 import pickle
-import threading
-import time
 
 import numpy as np
 import pytest
@@ -177,47 +175,10 @@ def test_jacobians_of_residuals_with_parts_and_files(residual, states, tmp_path)
     assert repr(pickle.loads(pickle.dumps(residual))) == repr(residual)
 
 
-@pytest.mark.parametrize("call, message", [
-    (lambda: tandem.Interpolated(tandem.Prior(SE3()), 0.3), "not available for Prior; it takes Bearing, Range"),
-    (lambda: tandem.SoftBound(tandem.Range(1.0), (1, 2, 3)), "bounds for 1 rows"),
-    (lambda: tandem.Bundle(SE3(), R2([0, 0])), r"SE3 R3; SE3 R6; SE3 SE3; SE2 R3, not \(SE3, R2\)"),
-    (lambda: tandem.Bundle(), "products"),
-    (lambda: tandem.Bundle(SE3.identity(2), R3(np.zeros((3, 3)))), "2 and 3 elements"),
-    (lambda: tandem.preintegrate_imu(SAMPLES[:1], **NOISE), "two samples"),
-    (lambda: tandem.preintegrate_imu(SAMPLES[::-1], **NOISE), "time"),
-    (lambda: tandem.preintegrate_imu(SAMPLES[:, :6]), r"\(7,\)"),
-])
-def test_bad_parts_of_residuals_are_one_sentence(call, message):
-    with pytest.raises((ValueError, TypeError), match=message) as error:
-        call()
-    assert "\n" not in str(error.value)
-
-
 def test_problem_of_the_command_line_is_read(tmp_path):
     tandem.estimate("docking_a", max_keyframes=60, write_problem=tmp_path / "problem.json")
     p = tandem.Problem.read(tmp_path / "problem.json")
     assert p.solve().converged
-
-
-def test_handles_of_other_problems_and_removed_variables_are_stale():
-    p, x, blocks, _ = chain()
-    q = tandem.Problem()
-    for call in (lambda: q.value(x), lambda: q.minimize(tandem.Prior(SE3()), 1.0, x[0]), lambda: q.fix(x[0]),
-                 lambda: q.multipliers(blocks[0]), lambda: q.remove(blocks[0]), lambda: q.remove(x[0])):
-        with pytest.raises(tandem.StaleHandleError):
-            call()
-    extra = p.add(R1([0.0]), "extra")
-    p.remove(extra)
-    with pytest.raises(tandem.StaleHandleError, match="extra"):
-        p.value(extra)
-
-
-def test_handles_outlive_their_problem():
-    p, x, blocks, _ = chain()
-    del p
-    assert repr(x[0]) and repr(blocks)
-    with pytest.raises(tandem.StaleHandleError):
-        tandem.Problem().value(x[0])
 
 
 def test_fixed_lag():
@@ -296,194 +257,11 @@ def test_fixed_lag_adds_arrays_and_names_infeasible_constraints():
         summary.require_converged()
 
 
-@pytest.mark.parametrize("call", [
-    lambda p, x: p.minimize(tandem.Prior(R1([0.0])), None, x),
-    lambda p, x: p.minimize(None, 1.0, x),
-    lambda p, x: p.minimize(tandem.Prior(R1([0.0])), 1.0, None),
-    lambda p, x: p.subject_to(tandem.Prior(R1([0.0])), None, x),
-    lambda p, x: p.add(None),
-    lambda p, x: p.solve(None),
-    lambda p, x: tandem.Prior(None),
-    lambda p, x: tandem.Marginals(None),
-    lambda p, x: p.value(None),
-])
-def test_none_is_an_error(call):
-    p = tandem.Problem()
-    x = p.add(R1([0.0]), "x")
-    with pytest.raises((TypeError, ValueError)):
-        call(p, x)
-
-
-@pytest.mark.parametrize("call, message", [
-    (lambda p, x: p.minimize(tandem.Prior(R1([0.0])), [1.0, 2.0], x), r"shape \(\), \(1,\)"),
-    (lambda p, x: p.minimize(tandem.Prior(R1([0.0])), -1.0, x), "positive"),
-    (lambda p, x: p.minimize(tandem.Prior(R1([0.0])), np.nan, x), "NaN"),
-    (lambda p, x: p.minimize(tandem.Prior(SE3()), 1.0, x), "SE3"),
-    (lambda p, x: p.minimize(tandem.ConstantTwist(1.0, 1.0), 1.0, [x, x]), "R1, R1, R1"),
-    (lambda p, x: p.subject_to(tandem.Prior(R1([0.0])), (2.0, 1.0), x), "bound"),
-    (lambda p, x: p.subject_to(tandem.Prior(R1([0.0])), (np.nan, 1.0), x), "NaN"),
-    (lambda p, x: p.solve("newton"), "newton"),
-    (lambda p, x: p.solve(max_iterations="many"), "max_iterations"),
-    (lambda p, x: p.add(R1([np.nan])), "NaN"),
-    (lambda p, x: p.set_value(x, SE3()), "R1"),
-    (lambda p, x: tandem.TwistComponents(1.0, "swai"), "swai"),
-])
-def test_bad_input_is_one_sentence(call, message):
-    p = tandem.Problem()
-    x = p.add(R1([0.0]), "x")
-    before = p.statistics
-    with pytest.raises((ValueError, TypeError), match=message) as error:
-        call(p, x)
-    assert "\n" not in str(error.value)
-    assert p.statistics == before
-
-
-@pytest.mark.parametrize("call, error, message", [
-    (lambda p, x: p.solve(max_iterations=-1), ValueError, "max_iterations"),
-    (lambda p, x: p.solve(time_limit=np.nan), ValueError, "time_limit"),
-    (lambda p, x: p.solve(progress=3), TypeError, "progress: expected a function"),
-    (lambda p, x: p.solve(threads=-1), ValueError, "threads"),
-    (lambda p, x: tandem.Problem.read("/nonexistent.json"), ValueError, "nonexistent"),
-    (lambda p, x: SE3.exp([np.inf] * 6), ValueError, "infinity"),
-    (lambda p, x: SE3.from_matrix(np.diag([1, 1, 1, 2])), ValueError, "last row"),
-    (lambda p, x: SE3().interpolate(SE3(), np.nan), ValueError, "NaN"),
-    (lambda p, x: x[["a"]], TypeError, "a boolean mask or a list of integers"),
-    (lambda p, x: x[[True]], IndexError, "the mask has shape .* but there are 20 elements"),
-    (lambda p, x: x[[20]], IndexError, "index 20 is outside"),
-    (lambda p, x: SE3.identity(3)[[5]], IndexError, "index 5 is outside"),
-    (lambda p, x: SE3.identity(3)[1.0], TypeError, "a boolean mask or a list of integers"),
-    (lambda p, x: tandem.TwistComponents(1.0, 3), ValueError, "axes are a text"),
-    (lambda p, x: tandem.Scenario("x", noise=3), ValueError, "noise: expected a dictionary"),
-    (lambda p, x: tandem.FixedLag(windw=3), TypeError, "the options are window"),
-])
-def test_misuse_is_one_sentence(call, error, message):
-    p, x, *_ = chain()
-    with pytest.raises(error, match=message) as raised:
-        call(p, x)
-    assert "\n" not in str(raised.value)
-
-
 def test_arrays_are_indexed_as_in_numpy():
     p, x, *_ = chain()
     for selection in ([1, -1], np.array([3, 0], dtype=np.int32), np.arange(20) % 2 == 0, [], slice(2, 9, 3)):
         assert [v.name for v in x[selection]] == [f"x {i}" for i in np.arange(20)[selection]]
         assert np.allclose(p.value(x)[selection].minus(p.value(x[selection])), 0)
-
-
-def test_unknown_solver_options_are_type_errors():
-    p, *_ = chain()
-    with pytest.raises(TypeError, match="max_iteration; the options are"):
-        p.solve(max_iteration=3)
-
-
-def test_every_order_of_setup_is_an_error_or_works():
-    p = tandem.Problem()
-    assert p.solve().status in ("converged", "unsupported", "failed")
-    with pytest.raises((tandem.Error, ValueError)):
-        tandem.Marginals(p)
-    x = p.add(R1([0.0]), "x")
-    p.fix(x)
-    p.solve()
-    p.fix(x, False)
-    assert p.solve() is not None
-
-
-def test_temporaries_stay_alive():
-    x = tandem.Problem().add(R1([0.0]), "x")
-    assert x.name == "x"
-    lag_problem = tandem.FixedLag().problem
-    assert lag_problem.add(R1([0.0]), "y").name == "y"
-    marginals = (lambda: (lambda p: (p.minimize(tandem.Prior(R1([0.0])), 1.0, p.add(R1([0.0]), "z")),
-                                     tandem.Marginals(p))[1])(tandem.Problem()))()
-    assert repr(marginals)
-
-
-def test_the_lock_is_released_in_solves():
-    p, _, _, _ = chain(4000)
-    ticks = []
-    stop = threading.Event()
-
-    def count():
-        while not stop.is_set():
-            ticks.append(time.perf_counter())
-            time.sleep(0.0005)
-
-    thread = threading.Thread(target=count)
-    thread.start()
-    time.sleep(0.01)
-    start = time.perf_counter()
-    p.solve()
-    end = time.perf_counter()
-    stop.set()
-    thread.join()
-    assert sum(start < t < end for t in ticks) > 0
-
-
-def test_two_threads_solve_two_problems():
-    problems = [chain(200, seed=s)[0] for s in range(4)]
-    threads = [threading.Thread(target=p.solve) for p in problems]
-    for thread in threads:
-        thread.start()
-    for thread in threads:
-        thread.join()
-    assert all(p.solve().cost < 1e-9 for p in problems)
-
-
-def test_one_problem_in_two_threads_is_an_error():
-    p, x, _, _ = chain(50)
-    inside, errors = threading.Event(), []
-
-    def wait(_):
-        inside.set()
-        time.sleep(0.05)
-
-    thread = threading.Thread(target=lambda: p.solve(progress=wait))
-    thread.start()
-    assert inside.wait(10)
-    for call in (p.solve, lambda: p.value(x[0]), lambda: p.fix(x[0]), lambda: p.add(R1([0.0])),
-                 lambda: tandem.Marginals(p)):
-        try:
-            call()
-        except tandem.BusyError as error:
-            errors.append(error)
-    thread.join()
-    assert len(errors) == 5
-    assert p.solve().converged
-
-
-def test_progress_reads_but_does_not_change():
-    p, x, _, _ = chain()
-    seen = []
-
-    def progress(report):
-        seen.append((report["iteration"], p.value(x[0]).log()))
-        with pytest.raises(tandem.BusyError):
-            p.add(R1([0.0]))
-
-    p.solve(progress=progress)
-    assert seen
-
-
-def test_exceptions_of_progress_are_chained():
-    p, *_ = chain()
-
-    def progress(_):
-        raise KeyError("mine")
-
-    with pytest.raises(tandem.ResidualError) as error:
-        p.solve(progress=progress)
-    assert isinstance(error.value.__cause__, KeyError)
-
-
-def test_interrupted_solve_returns_the_best_point():
-    p, *_ = chain()
-
-    def progress(report):
-        if report["iteration"] >= 1:
-            raise KeyboardInterrupt
-
-    summary = p.solve("augmented-lagrangian", progress=progress, cost_tolerance=0.0, gradient_tolerance=1e-300)
-    assert summary.status in ("interrupted", "converged") and np.isfinite(summary.cost)
 
 
 def test_removals_are_complete_or_nothing():
@@ -517,19 +295,6 @@ def test_lists_of_variables_are_arrays():
     p.fix([xs[:2], xs[2:]])
     with pytest.raises(TypeError, match="SE3 and R1"):
         p.value([xs[0], p.add(R1([0.0]))])
-
-
-def solved_cost(seed):
-    p, *_ = chain(3000, seed)
-    return p.solve(max_iterations=3).cost
-
-
-def test_problems_are_solved_in_forked_and_spawned_processes():
-    import multiprocessing
-    expected = solved_cost(1)  # starts threads before the fork
-    for method in ("fork", "spawn"):
-        with multiprocessing.get_context(method).Pool(2) as pool:
-            assert pool.map_async(solved_cost, [1, 1]).get(timeout=120) == [expected] * 2
 
 
 def test_many_residuals_by_one_call():

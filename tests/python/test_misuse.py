@@ -1,0 +1,141 @@
+"""Wrong calls are one sentence each, and handles cannot dangle."""
+
+import numpy as np
+import pytest
+
+import tandem
+from tandem import R1, R2, R3, SE3
+
+from test_problem import NOISE, SAMPLES, chain
+
+
+@pytest.mark.parametrize("call, message", [
+    (lambda: tandem.Interpolated(tandem.Prior(SE3()), 0.3), "not available for Prior; it takes Bearing, Range"),
+    (lambda: tandem.SoftBound(tandem.Range(1.0), (1, 2, 3)), "bounds for 1 rows"),
+    (lambda: tandem.Bundle(SE3(), R2([0, 0])), r"SE3 R3; SE3 R6; SE3 SE3; SE2 R3, not \(SE3, R2\)"),
+    (lambda: tandem.Bundle(), "products"),
+    (lambda: tandem.Bundle(SE3.identity(2), R3(np.zeros((3, 3)))), "2 and 3 elements"),
+    (lambda: tandem.preintegrate_imu(SAMPLES[:1], **NOISE), "two samples"),
+    (lambda: tandem.preintegrate_imu(SAMPLES[::-1], **NOISE), "time"),
+    (lambda: tandem.preintegrate_imu(SAMPLES[:, :6]), r"\(7,\)"),
+])
+def test_bad_parts_of_residuals_are_one_sentence(call, message):
+    with pytest.raises((ValueError, TypeError), match=message) as error:
+        call()
+    assert "\n" not in str(error.value)
+
+
+def test_handles_of_other_problems_and_removed_variables_are_stale():
+    p, x, blocks, _ = chain()
+    q = tandem.Problem()
+    for call in (lambda: q.value(x), lambda: q.minimize(tandem.Prior(SE3()), 1.0, x[0]), lambda: q.fix(x[0]),
+                 lambda: q.multipliers(blocks[0]), lambda: q.remove(blocks[0]), lambda: q.remove(x[0])):
+        with pytest.raises(tandem.StaleHandleError):
+            call()
+    extra = p.add(R1([0.0]), "extra")
+    p.remove(extra)
+    with pytest.raises(tandem.StaleHandleError, match="extra"):
+        p.value(extra)
+
+
+def test_handles_outlive_their_problem():
+    p, x, blocks, _ = chain()
+    del p
+    assert repr(x[0]) and repr(blocks)
+    with pytest.raises(tandem.StaleHandleError):
+        tandem.Problem().value(x[0])
+
+
+@pytest.mark.parametrize("call", [
+    lambda p, x: p.minimize(tandem.Prior(R1([0.0])), None, x),
+    lambda p, x: p.minimize(None, 1.0, x),
+    lambda p, x: p.minimize(tandem.Prior(R1([0.0])), 1.0, None),
+    lambda p, x: p.subject_to(tandem.Prior(R1([0.0])), None, x),
+    lambda p, x: p.add(None),
+    lambda p, x: p.solve(None),
+    lambda p, x: tandem.Prior(None),
+    lambda p, x: tandem.Marginals(None),
+    lambda p, x: p.value(None),
+])
+def test_none_is_an_error(call):
+    p = tandem.Problem()
+    x = p.add(R1([0.0]), "x")
+    with pytest.raises((TypeError, ValueError)):
+        call(p, x)
+
+
+@pytest.mark.parametrize("call, message", [
+    (lambda p, x: p.minimize(tandem.Prior(R1([0.0])), [1.0, 2.0], x), r"shape \(\), \(1,\)"),
+    (lambda p, x: p.minimize(tandem.Prior(R1([0.0])), -1.0, x), "positive"),
+    (lambda p, x: p.minimize(tandem.Prior(R1([0.0])), np.nan, x), "NaN"),
+    (lambda p, x: p.minimize(tandem.Prior(SE3()), 1.0, x), "SE3"),
+    (lambda p, x: p.minimize(tandem.ConstantTwist(1.0, 1.0), 1.0, [x, x]), "R1, R1, R1"),
+    (lambda p, x: p.subject_to(tandem.Prior(R1([0.0])), (2.0, 1.0), x), "bound"),
+    (lambda p, x: p.subject_to(tandem.Prior(R1([0.0])), (np.nan, 1.0), x), "NaN"),
+    (lambda p, x: p.solve("newton"), "newton"),
+    (lambda p, x: p.solve(max_iterations="many"), "max_iterations"),
+    (lambda p, x: p.add(R1([np.nan])), "NaN"),
+    (lambda p, x: p.set_value(x, SE3()), "R1"),
+    (lambda p, x: tandem.TwistComponents(1.0, "swai"), "swai"),
+])
+def test_bad_input_is_one_sentence(call, message):
+    p = tandem.Problem()
+    x = p.add(R1([0.0]), "x")
+    before = p.statistics
+    with pytest.raises((ValueError, TypeError), match=message) as error:
+        call(p, x)
+    assert "\n" not in str(error.value)
+    assert p.statistics == before
+
+
+@pytest.mark.parametrize("call, error, message", [
+    (lambda p, x: p.solve(max_iterations=-1), ValueError, "max_iterations"),
+    (lambda p, x: p.solve(time_limit=np.nan), ValueError, "time_limit"),
+    (lambda p, x: p.solve(progress=3), TypeError, "progress: expected a function"),
+    (lambda p, x: p.solve(threads=-1), ValueError, "threads"),
+    (lambda p, x: tandem.Problem.read("/nonexistent.json"), ValueError, "nonexistent"),
+    (lambda p, x: SE3.exp([np.inf] * 6), ValueError, "infinity"),
+    (lambda p, x: SE3.from_matrix(np.diag([1, 1, 1, 2])), ValueError, "last row"),
+    (lambda p, x: SE3().interpolate(SE3(), np.nan), ValueError, "NaN"),
+    (lambda p, x: x[["a"]], TypeError, "a boolean mask or a list of integers"),
+    (lambda p, x: x[[True]], IndexError, "the mask has shape .* but there are 20 elements"),
+    (lambda p, x: x[[20]], IndexError, "index 20 is outside"),
+    (lambda p, x: SE3.identity(3)[[5]], IndexError, "index 5 is outside"),
+    (lambda p, x: SE3.identity(3)[1.0], TypeError, "a boolean mask or a list of integers"),
+    (lambda p, x: tandem.TwistComponents(1.0, 3), ValueError, "axes are a text"),
+    (lambda p, x: tandem.Scenario("x", noise=3), ValueError, "noise: expected a dictionary"),
+    (lambda p, x: tandem.FixedLag(windw=3), TypeError, "the options are window"),
+])
+def test_misuse_is_one_sentence(call, error, message):
+    p, x, *_ = chain()
+    with pytest.raises(error, match=message) as raised:
+        call(p, x)
+    assert "\n" not in str(raised.value)
+
+
+def test_unknown_solver_options_are_type_errors():
+    p, *_ = chain()
+    with pytest.raises(TypeError, match="max_iteration; the options are"):
+        p.solve(max_iteration=3)
+
+
+def test_every_order_of_setup_is_an_error_or_works():
+    p = tandem.Problem()
+    assert p.solve().status in ("converged", "unsupported", "failed")
+    with pytest.raises((tandem.Error, ValueError)):
+        tandem.Marginals(p)
+    x = p.add(R1([0.0]), "x")
+    p.fix(x)
+    p.solve()
+    p.fix(x, False)
+    assert p.solve() is not None
+
+
+def test_temporaries_stay_alive():
+    x = tandem.Problem().add(R1([0.0]), "x")
+    assert x.name == "x"
+    lag_problem = tandem.FixedLag().problem
+    assert lag_problem.add(R1([0.0]), "y").name == "y"
+    marginals = (lambda: (lambda p: (p.minimize(tandem.Prior(R1([0.0])), 1.0, p.add(R1([0.0]), "z")),
+                                     tandem.Marginals(p))[1])(tandem.Problem()))()
+    assert repr(marginals)
