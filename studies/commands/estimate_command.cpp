@@ -161,7 +161,7 @@ Command estimate_command() {
                        {.writes = "Write trajectories, errors, summary.json and plots to DIR",
                         .judges = true,
                         .force = &request->problem.force});
-            add_at(option, request->at, request->output, "chaser_at.csv and target_at.csv");
+            add_at(option, request->at, request->output);
             return [request, &option] { return run_estimate(*request, option); };
           },
           true,

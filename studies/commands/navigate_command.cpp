@@ -125,7 +125,7 @@ Command navigate_command() {
                    {.writes = "Write trajectory, errors, summary.json and plots to DIR",
                     .judges = true,
                     .force = &request->force});
-        add_at(option, request->own.navigation.at, request->output, "chaser_at.csv");
+        add_at(option, request->own.navigation.at, request->output);
         option("--after", "SECONDS",
                "Also summarise the errors after the first SECONDS of data [s] (default: only of all data)",
                request->after, parse_non_negative);

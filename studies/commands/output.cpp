@@ -45,10 +45,9 @@ void add_printing(CommandOptions& option, Output& output, bool shows_progress) {
     option.flag("-v,--verbose", "Show progress even if standard error is not a terminal", output.verbose);
 }
 
-void add_at(CommandOptions& option, std::vector<double>& at, const Output& output, const std::string& files) {
+void add_at(CommandOptions& option, std::vector<double>& at, const Output& output) {
   option.group("Output");
-  option("--at", "FILE",
-         "Also write the states at the times of FILE [s], one per line or in a column t, to " + files + " in DIR", at,
+  option("--at", "FILE", "Also write the states at the times in FILE [s] to DIR", at,
          [](const std::string&, const std::string& text) { return read_stamps(text); });
   option.after_reading([&at, &output] {
     if (!at.empty() && !output.folder) throw Error("--at needs --out DIR, where it writes the states");

@@ -42,8 +42,8 @@ void add_output(CommandOptions& option, Output& output, const OutputOptions& opt
 /// Adds --json, --quiet and, for commands that show progress, --verbose.
 void add_printing(CommandOptions& option, Output& output, bool shows_progress = true);
 
-/// Adds --at, the file of times for chaser_at.csv and target_at.csv. `files` names those that the command writes.
-void add_at(CommandOptions& option, std::vector<double>& at, const Output& output, const std::string& files);
+/// Adds --at, the file of times for chaser_at.csv and target_at.csv.
+void add_at(CommandOptions& option, std::vector<double>& at, const Output& output);
 
 /// The results of a command.
 struct Results {

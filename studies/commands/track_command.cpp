@@ -392,7 +392,7 @@ Command track_command() {
                parse_positive);
         add_output(option, request->output,
                    {.writes = "Write filtered trajectories, errors, summary.json and plots to DIR", .judges = true});
-        add_at(option, live.at, request->output, "chaser_at.csv and target_at.csv");
+        add_at(option, live.at, request->output);
         option.flag("--json-lines", "Print each update as a line of JSON, and finally the summary as another one",
                     request->json_lines);
         option("--rate", "HZ", "With --json-lines: at most HZ lines per second of data [Hz] (default: every update)",

@@ -236,13 +236,16 @@ class Proposals {
   std::vector<ModelChange> changes_;
 };
 
-/// Returns the length of a recording [s].
+/// Returns the time between the first and the last measurement [s].
 double length(const Scenario& scenario) {
-  double seconds = 0;
-  if (scenario.data.odometry.size() > 1) seconds = scenario.data.odometry.back().t - scenario.data.odometry.front().t;
-  if (scenario.navigation)
-    if (const auto span = time_span(*scenario.navigation)) seconds = std::max(seconds, span->second - span->first);
-  return seconds;
+  auto [first, last] = scenario.navigation ? time_span(*scenario.navigation).value_or(std::pair(HUGE_VAL, -HUGE_VAL))
+                                           : std::pair(HUGE_VAL, -HUGE_VAL);
+  for (const TargetSensor& sensor : scenario.data.sensors)
+    for (const Measurement& m : sensor.measurements) {
+      first = std::min(first, m.t);
+      last = std::max(last, m.t);
+    }
+  return last - first;
 }
 
 /// Returns the numbers before and after the colon of "1.5,0.02:10".

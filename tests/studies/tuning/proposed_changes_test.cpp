@@ -77,6 +77,9 @@ TEST(RefinedChanges, DoubleAndHalveErrorsTimesAndNoise) {
   for (const char* change : {"--error lidar=2,0.08:10", "--error lidar=0.5,0.02:10", "--error lidar=1,0.04:20",
                              "--error lidar=1,0.04:5", "--noise lidar=3,0.04", "--noise constant_twist=0.2,0.2,0.2"})
     EXPECT_THAT(refined, Contains(change));
+  EXPECT_THAT(texts(refined_changes(scenario, {}, {{"error lidar", "1,0.04:40"}})),
+              Not(Contains("--error lidar=1,0.04:80")))
+      << "longer than the recording";
 }
 
 TEST(KeepsStatedNoise, CountsNoiseAndBiasTogether) {
