@@ -152,6 +152,7 @@ void Marginals::regularize(NlpEvaluator& nlp, const Eigen::VectorXd& hessian, co
   parts.unobservable = detail::unobservable_states(nlp, flat);
   if (parts.unobservable.empty()) return;
   parts.infinite = detail::unobservable_unknowns(flat, curvature);
+  if (null.empty()) return;
   for (Eigen::Index i = 0; i < parts.null.rows(); ++i)  // the other entries are rounding errors
     if (!parts.infinite[std::size_t(i)]) parts.null.row(i).setZero();
 }
