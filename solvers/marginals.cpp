@@ -198,8 +198,8 @@ void Marginals::block(int a, int b, Eigen::Ref<Eigen::MatrixXd> S) const {
 
 Eigen::MatrixXd Marginals::propagated(const Eigen::Ref<const Eigen::MatrixXd>& J, std::span<const int> variable_ids,
                                       std::span<const int> dofs) const {
-  constexpr double kUnchanged =
-      1e-8;  // change along a null direction by rounding, relative to that without cancellation
+  // Largest change along a null direction by rounding, relative to that without cancellation.
+  constexpr double kUnchanged = 1e-8;
   Eigen::MatrixXd S(J.cols(), J.cols()), N = Eigen::MatrixXd::Zero(J.cols(), parts_.null.cols());
   for (std::size_t a = 0, row = 0; a < dofs.size(); row += std::size_t(dofs[a++])) {
     for (std::size_t b = 0, column = 0; b < dofs.size(); column += std::size_t(dofs[b++]))
