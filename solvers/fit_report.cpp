@@ -23,15 +23,13 @@ std::string text(const char* format, double value) {
   return buffer;
 }
 
-using Expectations = detail::LossExpectations;
-
 /// Cost of a problem and its expectation under the stated noise, before the unknowns take their share.
 struct CostSum {
   double cost = 0, expected = 0;
   int rows = 0;
 
   /// Adds a soft block if a free variable moves one of its rows.
-  void add(const Problem& problem, const Block& block, Expectations& expectations) {
+  void add(const Problem& problem, const Block& block, detail::LossExpectations& expectations) {
     const Problem::Linearization at = problem.linearization(block);
     const Gaussian noise = problem.noise(block);
     const Loss loss = problem.loss(block);
@@ -78,7 +76,7 @@ Eigen::VectorXd residual_variances(const Problem::Linearization& at, const Eigen
 
 /// Adds a block to the fit of its sensor. `counted` is true if an earlier part of the measurement is down-weighted.
 void add(const Problem& problem, const MeasurementBlock& m, const Marginals* marginals, double remaining,
-         SensorFit& fit, bool& counted, Expectations& expectations) {
+         SensorFit& fit, bool& counted, detail::LossExpectations& expectations) {
   const Problem::Linearization at = problem.linearization(m.block);
   const Eigen::VectorXd noise = problem.noise(m.block).covariance_matrix().diagonal();
   const Eigen::VectorXd variances = residual_variances(at, noise, marginals, remaining);
@@ -279,7 +277,7 @@ std::string FitReport::verdict() const {
 FitReport fit_report(const Problem& problem, const std::vector<JudgedSensor>& sensors,
                      std::span<const MeasurementBlock> measurements, const Marginals* marginals,
                      std::span<const NoiseOfBlock> noises) {
-  Expectations expectations;
+  detail::LossExpectations expectations;
   const std::vector<Block> soft = soft_blocks(problem);
   CostSum sum;
   for (const Block& block : soft) sum.add(problem, block, expectations);

@@ -21,7 +21,7 @@ std::string_view sentence(Status status) {
   return sentences[int(status)];
 }
 
-std::string describe(const std::vector<UnobservableState>& states) {
+std::string state_names(const std::vector<UnobservableState>& states) {
   constexpr std::size_t kNamed = 3;
   std::string text;
   for (std::size_t k = 0; k < std::min(states.size(), kNamed); ++k) {
@@ -31,7 +31,11 @@ std::string describe(const std::vector<UnobservableState>& states) {
   if (states.size() > kNamed)
     text += "; and " + std::to_string(states.size() - kNamed) +
             (states.size() == kNamed + 1 ? " more variable" : " more variables");
-  return text.empty() ? text : text + " (add a residual that observes them, or fix them)";
+  return text;
+}
+
+std::string describe(const std::vector<UnobservableState>& states) {
+  return states.empty() ? "" : state_names(states) + " (add a residual that observes them, or fix them)";
 }
 
 }  // namespace tandem

@@ -30,8 +30,11 @@ struct UnobservableState {
   std::string variable;                 ///< name, for example "target 4"
   std::vector<std::string> directions;  ///< tangent entries, for example "x" or "rotation about z"
 };
-/// Returns for example "target 4 in x, y; target 5 in x (add a residual that observes them, or fix them)". Names the
-/// first three variables and the number of the others. Empty without states.
+/// Returns for example "target 4 in x, y; target 5 in x". Names the first three variables and the number of the others.
+/// Empty without states.
+std::string state_names(const std::vector<UnobservableState>& states);
+/// Returns state_names() with a remedy for programs: "target 4 in x (add a residual that observes them, or fix them)".
+/// Empty without states.
 std::string describe(const std::vector<UnobservableState>& states);
 
 /// Result of a solve. The variables of the problem have the best point found, for any status. Costs and violation are

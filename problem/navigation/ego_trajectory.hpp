@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <span>
 
 #include <tandem/problem/navigation/ego_chain.hpp>
@@ -43,12 +44,9 @@ std::size_t interval_at(const Keyframes& keyframes, double t) {
   const std::size_t count = keyframes.size();
   if (count < 2 || !(t >= keyframes.front().t && t <= keyframes.back().t))
     throw_outside(t, count > 0 ? keyframes.front().t : 0, count > 0 ? keyframes.back().t : 0, count);
-  std::size_t k = 0, end = count - 1;  // t is in [keyframes[k].t, keyframes[end].t]
-  while (end - k > 1) {
-    const std::size_t middle = k + (end - k) / 2;
-    (keyframes[middle].t <= t ? k : end) = middle;
-  }
-  return k;
+  const auto next = std::upper_bound(keyframes.begin(), keyframes.end(), t,
+                                     [](double time, const auto& keyframe) { return time < keyframe.t; });
+  return std::min(std::size_t(next - keyframes.begin()), count - 1) - 1;
 }
 
 }  // namespace tandem

@@ -6,6 +6,12 @@ namespace tandem {
 
 ImuRecord::ImuRecord(const ImuSensor& sensor) : mount_(sensor.mount), noise_(sensor.noise), max_gap_(sensor.max_gap) {}
 
+ImuRecord record_of(const ImuSensor& sensor) {
+  ImuRecord record(sensor);
+  for (const ImuSample& sample : sensor.samples) record.add(sample);
+  return record;
+}
+
 bool ImuRecord::add(const ImuSample& sample) {
   if (!samples_.empty() && !(sample.t > samples_.back().t)) return false;
   samples_.push_back(sample);

@@ -54,4 +54,7 @@ class ImuRecord {
   std::deque<ImuSample> samples_;
 };
 
+/// Returns a record of all samples of a sensor.
+ImuRecord record_of(const ImuSensor& sensor);
+
 }  // namespace tandem

@@ -20,10 +20,7 @@ EgoState EgoTrack::at(double t) const {
 std::vector<double> EgoTrack::required_keyframe_times() const {
   std::vector<double> times;
   std::optional<ImuRecord> imu;
-  if (data.imu) {
-    imu.emplace(*data.imu);
-    for (const ImuSample& sample : data.imu->samples) imu->add(sample);
-  }
+  if (data.imu) imu = record_of(*data.imu);
   for (std::size_t k = 1; k < states.size(); ++k) {
     if (imu && imu->covers(states[k - 1].t, states[k].t)) continue;
     if (times.empty() || times.back() < states[k - 1].t) times.push_back(states[k - 1].t);

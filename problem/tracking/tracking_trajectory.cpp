@@ -108,10 +108,7 @@ TrackingTrajectory::TrackingTrajectory(const TrackingProblem& tracking, const Tr
                          data.noise, data.odometry, options) {
   if (!data.ego) return;
   const NavigationData& own = data.ego->data;
-  if (own.imu) {
-    imu_.emplace(*own.imu);
-    for (const ImuSample& sample : own.imu->samples) imu_->add(sample);
-  }
+  if (own.imu) imu_ = record_of(*own.imu);
   ego_.emplace(tracking.problem, tracking.ego, imu_ ? &*imu_ : nullptr, own.earth, data.ego->options);
 }
 

@@ -46,6 +46,8 @@ class TrackingTrajectory {
                      const TrackingOptions& options)
       : states_(states), noise_(noise), odometry_(odometry), options_(options) {}
 
+  TrackingTrajectory(const TrackingTrajectory&) = delete;  // the own sensors' trajectory refers to a member
+
   double first() const { return states_.keyframes.front().t; }  ///< s
   double last() const { return states_.keyframes.back().t; }    ///< s
 

@@ -92,8 +92,10 @@ void OnlineEstimator::Streams::make_screens() {
   screens_.clear();
   newest_ego_.clear();
   if (ego_) {
-    if (ego_->imu) imu_screen_.emplace(*ego_->imu);
-    if (ego_->imu) imu_trial_.emplace(*ego_, options_);
+    if (ego_->imu) {
+      imu_screen_.emplace(*ego_->imu);
+      imu_trial_.emplace(*ego_, options_);
+    }
     for (const EgoSensor& sensor : ego_->sensors) screens_.emplace_back(screen_options(sensor));
     newest_ego_.resize(ego_->sensors.size());
   }

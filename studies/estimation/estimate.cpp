@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <tandem/lie/error.hpp>
+#include <tandem/problem/quantile.hpp>
 #include <tandem/problem/stop.hpp>
 #include <tandem/problem/tracking/ego_track.hpp>
 #include <tandem/problem/tracking/tracking_initial_guess.hpp>
@@ -171,11 +172,8 @@ std::string unmeasured_orientation(const TrackingData& data, const Estimate& res
   for (const KeyframeUncertainty& u : result.uncertainty)
     if (u.target.rows() == 6) sigmas.push_back(std::sqrt(u.target(5, 5)) * kDegrees);
   std::string spread;
-  if (!sigmas.empty()) {
-    const auto middle = sigmas.begin() + std::ptrdiff_t(sigmas.size() / 2);
-    std::nth_element(sigmas.begin(), middle, sigmas.end());
-    spread = fmt::format(" (median standard deviation of the heading: {:.3g}°)", *middle);
-  }
+  if (!sigmas.empty())
+    spread = fmt::format(" (median standard deviation of the heading: {:.3g}°)", detail::median(sigmas));
   return fmt::format(
       "No sensor measures the orientation of the target, so it is a guess from its course{}; --mode B estimates "
       "points.",

@@ -4,6 +4,7 @@
 #include <tandem/solvers/heading_search/range_observability.hpp>
 #include <tandem/studies/estimation/estimate_at.hpp>
 #include <tandem/studies/estimation/uncertainty.hpp>
+#include <tandem/studies/navigation/ego_covariance.hpp>
 
 namespace tandem {
 namespace {
@@ -37,11 +38,7 @@ std::vector<StateAt> states_at(const std::vector<double>& times, const TrackingP
   std::vector<StateAt> states;
   if (times.empty()) return states;
   const TrackingTrajectory trajectory(tracking, data, options);
-  PropagateCovariance propagate;
-  if (marginals)
-    propagate = [&](const Eigen::MatrixXd& J, const std::vector<int>& ids, const std::vector<int>& dofs) {
-      return marginals->propagated(J, ids, dofs);
-    };
+  const PropagateCovariance propagate = propagate_by(marginals);
   const bool has_range = !marginals || range_is_observable(tracking, *marginals);
   for (const double t : times) {
     stop.check("states at the times of --at");

@@ -84,7 +84,7 @@ JsonFields<Estimate> estimate_fields() {
       .add("status", "converged, or why the solve ended", [](const E& e) { return name(e.summary.status); })
       .add("message", "explanation of the status", [](const E& e) { return e.summary.message; })
       .add("unobservable", "states that the data do not determine; their standard deviations are infinite",
-           [](const E& e) { return if_given(unobservable_states(e)); })
+           [](const E& e) { return if_given(state_names(e.summary.unobservable)); })
       .add("initial_cost", "cost of the initial guess", [](const E& e) { return e.summary.initial_cost; })
       .add("cost", "final cost", [](const E& e) { return e.summary.cost; })
       .add("keyframes", "number of keyframes", [](const E& e) { return e.keyframes.size(); })

@@ -6,12 +6,6 @@
 
 namespace tandem {
 
-std::string unobservable_states(const Estimate& estimate) {
-  std::string text = describe(estimate.summary.unobservable);
-  if (!text.empty()) text.resize(text.rfind(" ("));  // without the remedy for programs that build a problem
-  return text;
-}
-
 std::string unobservable_text(const Estimate& estimate) {
   const std::vector<UnobservableState>& states = estimate.summary.unobservable;
   if (states.empty()) return "";
@@ -26,7 +20,7 @@ std::string unobservable_text(const Estimate& estimate) {
                    "positions only"
                  : "--model constant-velocity estimates positions only";
   return fmt::format("The measurements do not determine {}, so the standard deviations are infinite there; {}",
-                     unobservable_states(estimate), remedy);
+                     state_names(states), remedy);
 }
 
 }  // namespace tandem

@@ -6,10 +6,8 @@
 
 namespace tandem {
 
-/// Returns the states that the measurements do not determine, for example "target 4 in rotation about z". Empty if there
-/// are none.
-std::string unobservable_states(const Estimate& estimate);
-/// Returns a sentence with these states and the options that would determine them. Empty if there are none.
+/// Returns a sentence with the states that the measurements do not determine and the options that would determine them.
+/// Empty if there are none.
 std::string unobservable_text(const Estimate& estimate);
 
 }  // namespace tandem

@@ -155,6 +155,11 @@ void add_other_streams(const Recording& recording, ImportMap& map) {
 
 }  // namespace
 
+bool has_type(const Import& import, std::string_view type) {
+  return std::any_of(import.sensors.begin(), import.sensors.end(),
+                     [&](const auto& s) { return s->sensor().type->name == type; });
+}
+
 Import import_recording(Recording& recording, ImportMap map, const std::function<void()>& stop) {
   Import import;
   import.source = recording.file();

@@ -27,6 +27,9 @@ struct Import {
   std::vector<std::string> findings;     ///< suspicious data, one sentence each
 };
 
+/// Returns whether a sensor is of this type (ImportType::name).
+bool has_type(const Import& import, std::string_view type);
+
 /// Reads the sensors of a map from a recording and converts their rows. `stop` is called now and then and may throw.
 /// Throws Error if nothing remains, or if sensors are on different clocks.
 Import import_recording(Recording& recording, ImportMap map, const std::function<void()>& stop);

@@ -11,36 +11,8 @@
 namespace tandem {
 namespace {
 
-bool has_setting(const std::vector<std::pair<std::string, std::string>>& settings, std::string_view key) {
-  return std::any_of(settings.begin(), settings.end(), [&](const auto& entry) { return entry.first == key; });
-}
-
 bool has_part(const ImportType& type, ImportPart part) {
   return std::find(type.parts.begin(), type.parts.end(), part) != type.parts.end();
-}
-
-std::string_view si_unit(Quantity quantity) {
-  switch (quantity) {
-    case Quantity::time:
-      return "s";
-    case Quantity::length:
-      return "m";
-    case Quantity::angle:
-      return "rad";
-    case Quantity::speed:
-      return "m/s";
-    case Quantity::acceleration:
-      return "m/s^2";
-    case Quantity::angular_rate:
-      return "rad/s";
-    case Quantity::pressure:
-      return "Pa";
-    case Quantity::magnetic_field:
-      return "T";
-    case Quantity::number:
-      break;
-  }
-  return "";
 }
 
 /// The conventions of one sensor.
@@ -83,7 +55,7 @@ class SensorConventions {
     for (const ImportPart part : sensor_.type->parts)
       for (const ImportQuantity& quantity : quantities(part)) {
         const std::vector<ImportField>* of = sensor_.find(quantity.name);
-        if (!of || si_unit(quantity.quantity).empty()) continue;
+        if (!of || quantity.quantity == Quantity::number) continue;
         for (const ImportField& f : *of) {
           const std::string text = fmt::format("{} in {}", f.field, si_unit(quantity.quantity));
           if (!f.field.empty() && f.unit.empty() && std::find(fields.begin(), fields.end(), text) == fields.end())
@@ -130,9 +102,8 @@ class SensorConventions {
     if (!sensor_.type->file.empty()) return;
     if (sensor_.type->name == "imu") {
       std::vector<std::string> values;
-      for (const DefaultNoise& noise : kDefaultImuNoise)
-        if (!has_setting(sensor_.settings, noise.name))
-          values.push_back(fmt::format("{} {}", noise.name, noise.values));
+      for (const DefaultNoise& noise : missing_imu_noise(sensor_))
+        values.push_back(fmt::format("{} {}", noise.name, noise.values));
       if (!values.empty()) say("noise of a MEMS sensor: {}", listed(values));
     } else if (!has_setting(sensor_.settings, "sigma") && imported_.stated_sigma().empty()) {
       say("sigma {}", sensor_.type->sigma);
@@ -152,18 +123,14 @@ std::vector<std::string> assumed_conventions(const Import& import) {
   const std::function<void(std::string)> add = [&](std::string sentence) { result.push_back(std::move(sentence)); };
   if (!import.map.frame_stated)
     add(fmt::format("frame: the scenario is in {}", import.map.ned ? "NED-FRD" : "ENU-FLU"));
-  bool target = false, odometry = false;
+  bool target = false;
   for (const auto& s : import.sensors) {
     SensorConventions(*s, import.map, add).list();
     target |= observes_target(*s->sensor().type);
-    odometry |= s->sensor().type->name == "odometry";
   }
   if (!target) return result;
-  for (const DefaultNoise& noise : kDefaultNoise) {
-    const bool of_odometry = std::string_view(noise.name) == "prior" || std::string_view(noise.name) == "odometry";
-    if (!has_setting(import.map.noise, noise.name) && (odometry || !of_odometry))
-      add(fmt::format("noise.{}: {}, {}", noise.name, noise.values, noise.comment));
-  }
+  for (const DefaultNoise& noise : missing_noise(import))
+    add(fmt::format("noise.{}: {}, {}", noise.name, noise.values, noise.comment));
   return result;
 }
 

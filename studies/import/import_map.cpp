@@ -128,6 +128,10 @@ const std::vector<ImportField>* ImportSensor::find(std::string_view quantity) co
   return nullptr;
 }
 
+bool has_setting(const std::vector<std::pair<std::string, std::string>>& settings, std::string_view key) {
+  return std::any_of(settings.begin(), settings.end(), [&](const auto& entry) { return entry.first == key; });
+}
+
 TableSettings read_table_settings(const std::filesystem::path& file) {
   const YamlSection map = YamlSection::load(file);
   TableSettings settings;

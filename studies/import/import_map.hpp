@@ -85,6 +85,9 @@ struct ImportMap {
   std::vector<std::string> unused{};  ///< streams that no rule uses, with the reason
 };
 
+/// Returns whether settings have a key.
+bool has_setting(const std::vector<std::pair<std::string, std::string>>& settings, std::string_view key);
+
 /// Reads the tables' settings from a map file. They must be known before the recording is opened.
 TableSettings read_table_settings(const std::filesystem::path& map);
 

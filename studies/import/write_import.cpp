@@ -10,17 +10,6 @@
 namespace tandem {
 namespace {
 
-const std::string* find(const std::vector<std::pair<std::string, std::string>>& settings, const std::string& key) {
-  for (const auto& [name, value] : settings)
-    if (name == key) return &value;
-  return nullptr;
-}
-
-bool has_type(const Import& import, std::string_view type) {
-  return std::any_of(import.sensors.begin(), import.sensors.end(),
-                     [&](const auto& s) { return s->sensor().type->name == type; });
-}
-
 bool is_truth_or_odometry(const ImportedSensor& s) { return !s.sensor().type->file.empty(); }
 
 std::string quoted(const std::string& text) {
@@ -38,12 +27,11 @@ std::string sensor_entry(const ImportedSensor& s) {
   std::string text = fmt::format("  {}: {{type: {}, file: {}", sensor.name, sensor.type->name, s.file()), comment;
   for (const auto& [key, value] : sensor.settings) text += fmt::format(", {}: {}", key, value);
   if (sensor.type->name == "imu") {
-    for (const DefaultNoise& noise : kDefaultImuNoise)
-      if (!find(sensor.settings, noise.name)) {
-        text += fmt::format(", {}: {}", noise.name, noise.values);
-        comment = "   # noise of a MEMS sensor is assumed; see its data sheet";
-      }
-  } else if (!find(sensor.settings, "sigma")) {
+    for (const DefaultNoise& noise : missing_imu_noise(sensor)) {
+      text += fmt::format(", {}: {}", noise.name, noise.values);
+      comment = "   # noise of a MEMS sensor is assumed; see its data sheet";
+    }
+  } else if (!has_setting(sensor.settings, "sigma")) {
     if (const std::vector<double> stated = s.stated_sigma(); !stated.empty()) {
       std::string values;
       for (const double sigma : stated) values += fmt::format("{}{:.4g}", values.empty() ? "" : ", ", sigma);
@@ -60,7 +48,7 @@ std::string sensor_entry(const ImportedSensor& s) {
 std::string scenario_yaml(const Import& import) {
   const ImportMap& map = import.map;
   std::string text = fmt::format("name: {}\n", quoted(map.name));
-  if (!find(map.settings, "source"))
+  if (!has_setting(map.settings, "source"))
     text += fmt::format("source: {}\n", quoted("imported from " + import.source.filename().string()));
   for (const auto& [key, value] : map.settings) text += fmt::format("{}: {}\n", key, value);
   text += fmt::format("frame: {}\n", map.ned ? "NED-FRD" : "ENU-FLU");
@@ -68,7 +56,7 @@ std::string scenario_yaml(const Import& import) {
     const GeographicPoint& origin = import.frame->origin();
     text += fmt::format("origin: [{:.9f}, {:.9f}, {:.3f}]   # latitude, longitude [deg], height [m] of x = y = z = 0\n",
                         origin.latitude, origin.longitude, origin.height);
-    if (!find(map.settings, "latitude") && has_type(import, "imu"))
+    if (!has_setting(map.settings, "latitude") && has_type(import, "imu"))
       text += fmt::format("latitude: {:.4f}\n", origin.latitude);
   }
   bool truth_without_orientation = false, sensors = false;
@@ -80,7 +68,8 @@ std::string scenario_yaml(const Import& import) {
     truth_without_orientation |= truth && !orientation;
     sensors |= !is_truth_or_odometry(*s);
   }
-  if (truth_without_orientation && !find(map.settings, "truth_orientation")) text += "truth_orientation: false\n";
+  if (truth_without_orientation && !has_setting(map.settings, "truth_orientation"))
+    text += "truth_orientation: false\n";
   if (sensors) text += "sensors:\n";
   bool target = false;
   for (const auto& s : import.sensors) {
@@ -90,12 +79,8 @@ std::string scenario_yaml(const Import& import) {
   if (!target) return text;
   text += "noise:\n";
   for (const auto& [key, value] : map.noise) text += fmt::format("  {}: {}\n", key, value);
-  const bool odometry = has_type(import, "odometry");
-  for (const DefaultNoise& noise : kDefaultNoise) {
-    const bool of_odometry = std::string_view(noise.name) == "prior" || std::string_view(noise.name) == "odometry";
-    if (find(map.noise, noise.name) || (of_odometry && !odometry)) continue;
+  for (const DefaultNoise& noise : missing_noise(import))
     text += fmt::format("  {}: {}   # assumed: {}\n", noise.name, noise.values, noise.comment);
-  }
   return text;
 }
 

@@ -8,6 +8,13 @@ EgoCovariance ego_covariance(const Marginals& marginals, const EgoKeyframe& keyf
   return covariance;
 }
 
+PropagateCovariance propagate_by(const Marginals* marginals) {
+  if (!marginals) return {};
+  return [marginals](const Eigen::MatrixXd& J, const std::vector<int>& ids, const std::vector<int>& dofs) {
+    return marginals->propagated(J, ids, dofs);
+  };
+}
+
 EgoCovariance ego_covariance(const OnlineEstimator& estimator) {
   const OnlineEstimator::Covariance newest = estimator.covariance();
   EgoCovariance covariance{newest.chaser, newest.velocity};

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <tandem/problem/navigation/ego_chain.hpp>
+#include <tandem/problem/navigation/motion_instant.hpp>
 #include <tandem/solvers/marginals.hpp>
 #include <tandem/solvers/online/online_estimator.hpp>
 
@@ -17,5 +18,8 @@ struct EgoCovariance {
 EgoCovariance ego_covariance(const Marginals& marginals, const EgoKeyframe& keyframe);
 /// Returns the covariances at the newest keyframe of an estimator.
 EgoCovariance ego_covariance(const OnlineEstimator& estimator);
+
+/// Returns Marginals::propagated() as a function, or an empty function for null. `marginals` must outlive it.
+PropagateCovariance propagate_by(const Marginals* marginals);
 
 }  // namespace tandem

@@ -109,15 +109,8 @@ void add_states_at(const std::vector<double>& times, const NavigationProblem& bu
   result.at.clear();
   if (times.empty()) return;
   std::optional<ImuRecord> imu;
-  if (data.imu) {
-    imu.emplace(*data.imu);
-    for (const ImuSample& sample : data.imu->samples) imu->add(sample);
-  }
-  PropagateCovariance propagate;
-  if (marginals)
-    propagate = [&](const Eigen::MatrixXd& J, const std::vector<int>& ids, const std::vector<int>& dofs) {
-      return marginals->propagated(J, ids, dofs);
-    };
+  if (data.imu) imu = record_of(*data.imu);
+  const PropagateCovariance propagate = propagate_by(marginals);
   const EgoTrajectory trajectory(built.problem, built.keyframes, imu ? &*imu : nullptr, data.earth, options);
   for (const double t : times) {
     StateAt& state = result.at.emplace_back(StateAt{.t = t});

@@ -65,8 +65,7 @@ class Comparison {
     if (track.size() < 2) return;
     interval_ = (track.back().t - track.front().t) / double(track.size() - 1);
     if (interval_ < kSparseTruth || !navigation_.data.imu) return;
-    ImuRecord record(*navigation_.data.imu);
-    for (const ImuSample& sample : navigation_.data.imu->samples) record.add(sample);
+    const ImuRecord record = record_of(*navigation_.data.imu);
     for (std::size_t k = 0; k < compared_.size(); ++k) {
       auto& [t, state] = compared_[k];
       const auto next = std::lower_bound(track.begin(), track.end(), t - kSameInstant,

@@ -109,6 +109,12 @@ std::string_view name(Quantity quantity) {
   return "";
 }
 
+std::string_view si_unit(Quantity quantity) {
+  for (const RecordedUnit& unit : kUnits)
+    if (unit.quantity == quantity && unit.factor == 1) return unit.name;
+  return "";
+}
+
 std::optional<RecordedUnit> find_unit(std::string_view name) {
   const std::string_view wanted = canonical(name);
   for (const RecordedUnit& unit : kUnits)

@@ -19,6 +19,8 @@ enum class Quantity {
   number,
 };
 std::string_view name(Quantity quantity);
+/// Returns the unit that values are converted to, for example "m/s^2", "rad" or "1".
+std::string_view si_unit(Quantity quantity);
 
 /// A unit of a recording: value in SI units and radians = factor · value.
 struct RecordedUnit {
