@@ -37,6 +37,7 @@ TANDEM_INLINED void add_products(M dim, const BlockShape& shape, const HessianPl
                                  const double* const* J, double* H) {
   constexpr std::integral_constant<int, 3> three;
   constexpr std::integral_constant<int, 6> six;
+  constexpr std::integral_constant<int, 9> nine;
   const int* offset = shape.offset;
   const double* T_A = T;
   for (int A = 0; A < shape.arity; T_A += dim * shape.dofs[A], place += A + 1, ++A) {
@@ -56,6 +57,8 @@ TANDEM_INLINED void add_products(M dim, const BlockShape& shape, const HessianPl
           add_product(six, dim, six, of_rows, of_columns, to, stride);
         else if (rows == 6)
           add_product(six, dim, columns, of_rows, of_columns, to, stride);
+        else if (rows == 9)
+          add_product(nine, dim, columns, of_rows, of_columns, to, stride);
         else if (rows == 3)
           add_product(three, dim, columns, of_rows, of_columns, to, stride);
         else
@@ -175,6 +178,8 @@ const BlockKernels& block_kernels(int dim) {
       return Kernels<3>::all;
     case 6:
       return Kernels<6>::all;
+    case 15:  // preintegrated IMU samples
+      return Kernels<15>::all;
     default:
       return Kernels<0>::all;
   }
