@@ -39,7 +39,9 @@ constexpr std::array<std::array<double, kCoverageLevels.size()>, kMaxRows> kQuan
 
 constexpr double kShortGap = 0.25;  // length of short gaps, relative to that of the blocks
 
-enum Kind { gap, short_gap, sensor, ahead };
+enum Kind { gap, short_gap, sensor, ahead, nothing };
+
+const FoldKey kNothingHeldOut = {nothing, 0, 0};
 
 /// Measurements that are held out at once, by index.
 struct Fold {
@@ -143,7 +145,10 @@ class FoldPredictor {
     return failed ? failed->message : "";
   }
 
-  void keep_solution() { solved_ = values(); }
+  void keep_solution(PredictiveScore& score) {
+    solved_ = values();
+    score.solutions.emplace(kNothingHeldOut, solved_);
+  }
   void restore_solution() const { set_values(solved_); }
 
   /// Predicts a fold from the other measurements. Sets the reason in `score` if that fails.
@@ -189,14 +194,23 @@ class FoldPredictor {
     return sum;
   }
 
-  /// Starts from the solution of the same fold by a similar model if the cost is lower there.
+  /// Starts where the cost is lowest: at the solution of all measurements, at the solution of this fold by a similar
+  /// model, or at the solution of all measurements moved as that of the similar model.
   void choose_start(const Fold& fold) const {
     if (!options_.start) return;
     const auto similar = options_.start->find(fold.key);
     if (similar == options_.start->end() || similar->second.size() != problems_.size()) return;
-    const double here = cost();
+    const std::vector<detail::SavedValues>& before = options_.start->at(kNothingHeldOut);
+    for (std::size_t p = 0; p < problems_.size(); ++p) similar->second[p].move(before[p], *problems_[p]);
+    const std::vector<detail::SavedValues> moved = values();
+    const double cost_moved = cost();
+    restore_solution();
+    double lowest = cost();
     set_values(similar->second);
-    if (!(cost() < here)) restore_solution();
+    const double cost_similar = cost();
+    if (!(cost_similar < lowest)) restore_solution();
+    lowest = std::min(lowest, cost_similar);
+    if (cost_moved < lowest) set_values(moved);
   }
 
   void add_parts(const Fold& fold, const std::vector<Gaussian>& noise, std::vector<ScoredPart>& parts) const {
@@ -286,7 +300,7 @@ PredictiveScore predictive_score(std::span<Problem* const> problems, const std::
   try {
     score.why = predictor.solve();
     if (!score.valid()) return score;
-    predictor.keep_solution();
+    predictor.keep_solution(score);
     const std::vector<Fold> folds = folds_of(measurements, options);
     for (const Fold& fold : folds) kinds.insert(fold.kind);
     for (std::size_t f = 0; f < folds.size() && score.valid(); f += std::size_t(options.every)) {

@@ -33,7 +33,7 @@ struct ScoredMeasurement {
 
 /// Identifies measurements that are held out at once: kind of the prediction, sensor, and group of time blocks.
 using FoldKey = std::tuple<int, int, int>;
-/// Values of the problems without the measurements of each fold.
+/// Values of the problems without the measurements of each fold, and with all measurements.
 using FoldSolutions = std::map<FoldKey, std::vector<detail::SavedValues>>;
 
 struct ScoreOptions {
@@ -44,8 +44,8 @@ struct ScoreOptions {
   int every = 1;          ///< predicts only every n-th group, for a quick look at many models
   bool by_sensor = true;  ///< also predicts each sensor from the others, if there are several
   double ahead = 0;       ///< if positive, also predicts this time ahead from earlier measurements only [s]
-  /// Solutions of a similar model. A fold starts from there if its cost is lower than at the solution of all
-  /// measurements. Must outlive the call.
+  /// Solutions of a similar model. A fold starts from there, or from the solution of all measurements moved as theirs
+  /// moves without the fold, if the cost is lower. Must outlive the call.
   const FoldSolutions* start = nullptr;
   Stop stop{};  ///< ends the computation with Stopped
 };

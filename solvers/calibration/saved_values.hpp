@@ -21,7 +21,11 @@ class SavedValues {
   /// Sets the values of a problem with the same or similar variables. If the numbers of variables of a group differ,
   /// variables correspond by name, and in their order among those of one name. Names of which the numbers differ are
   /// skipped.
-  void copy_to(Problem& problem) const;
+  void copy_to(Problem& problem) const { set(problem, nullptr); }
+
+  /// Moves the values of a problem as the values moved from `before` to these, which must be of one problem: sets x to
+  /// x before⁻¹ after. Variables correspond as in copy_to().
+  void move(const SavedValues& before, Problem& problem) const { set(problem, &before); }
 
  private:
   template <class G>
@@ -30,11 +34,12 @@ class SavedValues {
     std::vector<std::shared_ptr<const std::string>> names;
 
     void save(const Problem& problem);
-    void copy_to(Problem& problem) const;
-    void copy_by_name(const std::vector<Variable<G>>& variables, Problem& problem) const;
+    void set(Problem& problem, const ValuesOf* before) const;
   };
   template <class... Gs>
   using ValuesOfAll = std::tuple<ValuesOf<Gs>...>;
+
+  void set(Problem& problem, const SavedValues* before) const;
 
   ValuesOfAll<SO2, SE2, SO3, SE3, SE23, Rn<1>, Rn<2>, Rn<3>, Rn<6>> values_;
 };

@@ -55,6 +55,12 @@ CalibratedEntry own_entry(const EgoSensor& sensor, const Frame& frame, bool erro
   return entry;
 }
 
+double longest_step(const std::vector<double>& sorted) {
+  double longest = 0;
+  for (std::size_t i = 1; i < sorted.size(); ++i) longest = std::max(longest, sorted[i] - sorted[i - 1]);
+  return longest;
+}
+
 /// Returns the longest time without a position fix, including before the first and after the last one [s].
 double longest_gap(const NavigationData& data, const std::vector<PlacedEgoMeasurement>& placed) {
   if (placed.empty()) return 0;
@@ -64,9 +70,15 @@ double longest_gap(const NavigationData& data, const std::vector<PlacedEgoMeasur
   for (const PlacedEgoMeasurement& m : placed)
     if (data.sensors[m.sensor].type->reading == EgoReading::world_vector) times.push_back(m.t);
   std::sort(times.begin(), times.end());
-  double longest = 0;
-  for (std::size_t i = 1; i < times.size(); ++i) longest = std::max(longest, times[i] - times[i - 1]);
-  return longest;
+  return longest_step(times);
+}
+
+double longest_without_position(const std::vector<Keyframe>& keyframes) {
+  std::vector<double> times = {keyframes.front().t};
+  for (const Keyframe& k : keyframes)
+    if (k.type == KeyframeType::position || k.type == KeyframeType::pose) times.push_back(k.t);
+  times.push_back(keyframes.back().t);
+  return longest_step(times);
 }
 
 std::size_t entry_index(const std::vector<CalibratedEntry>& entries, std::string_view name) {
@@ -113,21 +125,31 @@ std::vector<CalibratedEntry> calibrated_entries(const Scenario& scenario) {
 }
 
 CalibrationProblem::CalibrationProblem(Scenario scenario, const TrackingOptions& target, const NavigationOptions& own,
-                                       const Stop& stop)
+                                       const Stop& stop, const EgoTrack* similar)
     : scenario(scenario.name), entries(calibrated_entries(scenario)) {
-  if (scenario.data.sensors.empty()) {
-    if (!scenario.navigation)
-      throw Error(
-          fmt::format("{} has no sensors to calibrate, neither of the target nor of the chaser", scenario.name));
+  const bool own_sensors_only = scenario.data.sensors.empty();
+  if (own_sensors_only && !scenario.navigation)
+    throw Error(fmt::format("{} has no sensors to calibrate, neither of the target nor of the chaser", scenario.name));
+  if (similar && (own_sensors_only || needs_navigation(scenario))) {
+    navigation =
+        std::make_shared<const EgoTrack>(EgoTrack{*scenario.navigation, similar->start, similar->states, own.ego});
+    if (!own_sensors_only) set_navigation(navigation, scenario.data);
+  } else if (own_sensors_only) {
     NavigationOptions options = own;
     options.covariance = false;
-    const Navigation found = navigate(*scenario.navigation, options);
+    Navigation found = navigate(*scenario.navigation, options);
+    navigation = std::make_shared<const EgoTrack>(
+        EgoTrack{std::move(found.data), found.start, std::move(found.states), own.ego});
+  } else if (needs_navigation(scenario)) {
+    scenario = navigated(std::move(scenario), own).scenario;
+    navigation = scenario.data.ego;
+  }
+  if (own_sensors_only) {
     NavigationProblem& built = built_.emplace<NavigationProblem>(
-        make_navigation_problem(found.data, found.states, found.start, own.ego, stop));
-    add_own(found.data, built.measurements);
+        make_navigation_problem(navigation->data, navigation->states, navigation->start, own.ego, stop));
+    add_own(navigation->data, built.measurements);
     return;
   }
-  if (needs_navigation(scenario)) scenario = navigated(std::move(scenario), own).scenario;
   TrackingProblem& built = built_.emplace<TrackingProblem>(make_tracking_problem(scenario.data, target, stop));
   add_target(scenario, target, built);
   if (scenario.data.ego) add_own(scenario.data.ego->data, built.ego_measurements);
@@ -178,6 +200,7 @@ void CalibrationProblem::record_unmeasured(const Sensors& sensors, const Placed&
 
 void CalibrationProblem::add_target(const Scenario& scenario, const TrackingOptions& options,
                                     const TrackingProblem& built) {
+  longest_without_target_position = longest_without_position(built.keyframes);
   for (const NoiseBlock& noised : built.noise_blocks) {
     if (is_assumed(std::string(noised.noise))) continue;
     const bool triple = noised.noise == "constant_twist" || noised.noise == "constant_velocity";

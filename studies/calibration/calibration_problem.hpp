@@ -47,15 +47,20 @@ class CalibrationProblem {
  public:
   /// With a target, builds the problem of make_tracking_problem(); a chaser with its own sensors is navigated first.
   /// Without a target, builds the problem of make_navigation_problem(), with the result of navigate() as initial guess.
-  /// Throws the exceptions of these functions, and Stopped.
+  /// If `similar` is given, its states are the initial guess of the chaser, and the scenario has its data with other
+  /// noise or errors. Throws the exceptions of these functions, and Stopped.
   CalibrationProblem(Scenario scenario, const TrackingOptions& target, const NavigationOptions& own,
-                     const Stop& stop = {});
+                     const Stop& stop = {}, const EgoTrack* similar = nullptr);
 
   std::string scenario;
   std::vector<CalibratedEntry> entries;
   std::vector<EntryBlock> blocks;
+  /// Navigation of the chaser that gave the initial guess; null if the chaser moves by odometry.
+  std::shared_ptr<const EgoTrack> navigation;
   /// Longest time between position fixes of the chaser, including the ends of the recording [s]; 0 without navigation.
   double longest_without_fix = 0;
+  /// Longest time between measured positions of the target, including the ends of the recording [s]; 0 without target.
+  double longest_without_target_position = 0;
   /// Sensors with systematic errors but without measurements.
   std::vector<std::string> without_measurements{};
 

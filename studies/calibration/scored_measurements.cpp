@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <cmath>
 
 #include <tandem/studies/calibration/misfit.hpp>
 #include <tandem/studies/calibration/scored_measurements.hpp>
@@ -46,6 +47,20 @@ double held_out_block_length(const CalibrationProblems& problems, const Stop& st
     length = std::max(length, own);
   }
   return length;
+}
+
+double held_out_time_ahead(const CalibrationProblems& problems, double block_length) {
+  double ahead = 0;
+  for (const auto& problem : problems) {
+    double from = HUGE_VAL, to = -HUGE_VAL;
+    for (const EntryBlock& b : problem->blocks)
+      if (b.measured_at) {
+        from = std::min(from, *b.measured_at);
+        to = std::max(to, *b.measured_at);
+      }
+    if (to > from) ahead = std::max(ahead, std::min(problem->longest_without_target_position, (to - from) / 2));
+  }
+  return ahead > block_length ? ahead : 0;
 }
 
 }  // namespace tandem

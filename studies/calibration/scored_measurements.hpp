@@ -17,4 +17,9 @@ std::vector<ScoredMeasurement> scored_measurements(const CalibrationProblems& pr
 /// Error if a problem has no covariances, and Stopped.
 double held_out_block_length(const CalibrationProblems& problems, const Stop& stop);
 
+/// Returns the time for ScoreOptions::ahead that tests what the recordings ask of the motion model: the longest time
+/// without a measured position of the target, at most half of the recording [s]. Returns 0 if blocks of this length
+/// test it already.
+double held_out_time_ahead(const CalibrationProblems& problems, double block_length);
+
 }  // namespace tandem

@@ -87,44 +87,46 @@ int run_tune(const TuneRequest& request, const CommandOptions& option) {
 }  // namespace
 
 Command tune_command() {
-  return {[](CommandOptions& option) {
-            const auto request = std::make_shared<TuneRequest>();
-            option.footer(
-                "Proposes changes of the model from the residuals, and keeps those that predict held-out measurements "
-                "better. Truth is not used. Options of the target and the sensors give the model to start from.");
-            add_problem(option, request->problem, true);
-            add_max_keyframes(option, request->problem);
-            add_own_sensors(option, request->problem.own, true);
-            option.arguments("scenarios", "SCENARIO", "Further scenarios of the same system, which share the model",
-                             request->more);
-            option.group("Search");
-            option("--time", "SECONDS",
-                   "Wall-clock time limit, or inf; the result is the best validated model so far (default 120)",
-                   request->time_limit, parse_time_limit);
-            option(
-                "--only", "LIST",
-                "Change only these: options (model, error, loss, noise), sensors, or kinds of errors (delay, scale), "
-                "comma-separated",
-                request->only, parse_names);
-            option("--fixed", "LIST", "Do not change these; names as for --only", request->fixed, parse_names);
-            option("--ahead", "SECONDS", "Also validate predictions this time ahead, from earlier measurements only",
-                   request->ahead, parse_positive);
-            option.flag("--dry-run", "List the candidates and exit", request->dry_run);
-            add_threads(option);
-            add_output(
-                option, request->output,
-                {.writes = "Write run.yaml (for --config), noise.yaml (for --noise-from), the steps and a page to DIR",
-                 .plots = false,
-                 .force = &request->problem.force});
-            option.flag("--full", "Print all candidates instead of a summary", request->full);
-            return [request, &option] { return run_tune(*request, option); };
-          },
-          true,
-          [] {
-            std::vector<FileDescription> files = tune_file_columns();
-            files.push_back(tune_json_keys());
-            return files;
-          }};
+  return {
+      [](CommandOptions& option) {
+        const auto request = std::make_shared<TuneRequest>();
+        option.footer(
+            "Proposes changes of the model from the residuals, and keeps those that predict held-out measurements "
+            "better. Truth is not used. Options of the target and the sensors give the model to start from.");
+        add_problem(option, request->problem, true);
+        add_max_keyframes(option, request->problem);
+        add_own_sensors(option, request->problem.own, true);
+        option.arguments("scenarios", "SCENARIO", "Further scenarios of the same system, which share the model",
+                         request->more);
+        option.group("Search");
+        option("--time", "SECONDS",
+               "Wall-clock time limit, or inf; the result is the best validated model so far (default 120)",
+               request->time_limit, parse_time_limit);
+        option("--only", "LIST",
+               "Change only these: options (model, error, loss, noise), sensors, or kinds of errors (delay, scale), "
+               "comma-separated",
+               request->only, parse_names);
+        option("--fixed", "LIST", "Do not change these; names as for --only", request->fixed, parse_names);
+        option("--ahead", "SECONDS",
+               "Also validate predictions this time ahead, from earlier measurements only (default: the longest time "
+               "without a position of the target, if the held-out blocks are shorter)",
+               request->ahead, parse_positive);
+        option.flag("--dry-run", "List the candidates and exit", request->dry_run);
+        add_threads(option);
+        add_output(
+            option, request->output,
+            {.writes = "Write run.yaml (for --config), noise.yaml (for --noise-from), the steps and a page to DIR",
+             .plots = false,
+             .force = &request->problem.force});
+        option.flag("--full", "Print all candidates instead of a summary", request->full);
+        return [request, &option] { return run_tune(*request, option); };
+      },
+      true,
+      [] {
+        std::vector<FileDescription> files = tune_file_columns();
+        files.push_back(tune_json_keys());
+        return files;
+      }};
 }
 
 TANDEM_COMMAND(tune, "Models and noise", "Find the model of a recording that predicts best, without truth")

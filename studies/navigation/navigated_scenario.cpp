@@ -31,12 +31,16 @@ NavigatedScenario navigated(Scenario scenario, NavigationOptions options) {
   options.covariance = false;  // not needed for an initial guess
   Navigation navigation = navigate(scenario.navigation.value(), options);
   add_state_at_end(navigation.data, navigation.states);
-  TrackingData& data = scenario.data;
-  data.odometry.clear();
-  for (const auto& [t, state] : navigation.states) data.odometry.push_back({t, state.pose});
-  data.ego = std::make_shared<const EgoTrack>(
-      EgoTrack{std::move(navigation.data), navigation.start, std::move(navigation.states), options.ego});
+  set_navigation(std::make_shared<const EgoTrack>(
+                     EgoTrack{std::move(navigation.data), navigation.start, std::move(navigation.states), options.ego}),
+                 scenario.data);
   return {std::move(scenario), std::move(navigation.findings)};
+}
+
+void set_navigation(std::shared_ptr<const EgoTrack> navigation, TrackingData& data) {
+  data.odometry.clear();
+  for (const auto& [t, state] : navigation->states) data.odometry.push_back({t, state.pose});
+  data.ego = std::move(navigation);
 }
 
 }  // namespace tandem

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <memory>
 #include <vector>
 
 #include <tandem/studies/navigation/navigate.hpp>
@@ -20,5 +21,8 @@ bool needs_navigation(const Scenario& scenario);
 
 /// Navigates the chaser up to the end of the data of its sensors. Throws Error like navigate().
 NavigatedScenario navigated(Scenario scenario, NavigationOptions options = {});
+
+/// Replaces the odometry by a navigation of the chaser.
+void set_navigation(std::shared_ptr<const EgoTrack> navigation, TrackingData& data);
 
 }  // namespace tandem

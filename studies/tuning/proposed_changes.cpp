@@ -7,6 +7,7 @@
 
 #include <tandem/problem/quantile.hpp>
 #include <tandem/studies/calibration/calibration_problem.hpp>
+#include <tandem/studies/scenario/named_noise.hpp>
 #include <tandem/studies/scenario/scenario_ego.hpp>
 #include <tandem/studies/support/text.hpp>
 #include <tandem/studies/tuning/proposed_changes.hpp>
@@ -19,8 +20,8 @@ constexpr double kDelay = 0.5, kScale = 0.05, kMisalignment = 0.05;  // priors o
 constexpr double kWhiteShare = 0.5;     // of a stated noise that is split into white noise and a drifting bias
 constexpr double kLeastVariance = 0.5;  // of the stated noise, that noise and bias must keep together
 constexpr double kFactor = 2;           // of refinements
-constexpr double kCheckedShare = 0.25;  // of the measurements of a sensor, at which another one measures, too
-constexpr double kCheckedReach = 0.25;  // largest distance of these times, relative to the steps of the sensors
+constexpr double kCheckedShare = 0.25;  // of the measurements of the slower of two sensors, with one of the other then
+constexpr double kCheckedReach = 0.25;  // largest distance of these times, relative to the smaller step of the sensors
 constexpr std::size_t kFewest = 8;      // measurements of a sensor that can tell its errors
 
 std::vector<double> scaled(std::vector<double> values, double factor) {
@@ -48,17 +49,16 @@ std::vector<double> times_of(const TargetSensor& sensor) {
 /// explains all slow errors, and predictions of a sensor from itself cannot tell them.
 bool is_checked(const TargetSensor& sensor, const std::vector<TargetSensor>& sensors) {
   const std::vector<double> own = times_of(sensor);
-  std::set<std::size_t> checked;
-  for (const TargetSensor& other : sensors) {
-    if (other.name == sensor.name) continue;
+  return std::any_of(sensors.begin(), sensors.end(), [&](const TargetSensor& other) {
+    if (other.name == sensor.name) return false;
     const std::vector<double> theirs = times_of(other);
     const double reach = kCheckedReach * std::min(detail::median_step(own), detail::median_step(theirs));
-    for (std::size_t i = 0; i < own.size(); ++i) {
-      const auto next = std::lower_bound(theirs.begin(), theirs.end(), own[i] - reach);
-      if (next != theirs.end() && *next <= own[i] + reach) checked.insert(i);
-    }
-  }
-  return double(checked.size()) >= kCheckedShare * double(own.size());
+    const auto common = std::count_if(own.begin(), own.end(), [&](double t) {
+      const auto next = std::lower_bound(theirs.begin(), theirs.end(), t - reach);
+      return next != theirs.end() && *next <= t + reach;
+    });
+    return double(common) >= kCheckedShare * double(std::min(own.size(), theirs.size()));
+  });
 }
 
 /// Returns whether predictions can tell less motion noise: it trades against the noise of a sensor that is alone.
@@ -264,13 +264,17 @@ class Refinements {
   Refinements(const Scenario& scenario, const TrackingOptions& options, const ModelSettings& settings)
       : options_(options),
         settings_(settings),
+        noise_(scenario.data.noise),
         entries_(calibrated_entries(scenario)),
         less_motion_(motion_is_checked(scenario.data.sensors)),
-        length_(length(scenario)) {}
+        length_(length(scenario)) {
+    convert_noise_axes(noise_, scenario.frame);  // to the axes of the files
+  }
 
   std::vector<ModelChange> all() {
     for (const auto& [setting, value] : settings_)
       if (setting.starts_with("error ")) error(setting, value);
+    motion_times();
     for (const CalibratedEntry& entry : entries_) noise(entry);
     return std::move(changes_);
   }
@@ -293,6 +297,15 @@ class Refinements {
     }
   }
 
+  void motion_times() {
+    const bool twist = options_.model == MotionModel::damped_twist && options_.mode == Mode::A;
+    if (!twist && options_.model != MotionModel::damped_velocity && options_.model != MotionModel::damped_twist) return;
+    const Eigen::VectorXd& times = twist ? noise_.twist_time : noise_.velocity_time;
+    for (const double factor : {kFactor, 1 / kFactor})
+      add(twist ? "noise twist_time" : "noise velocity_time",
+          numbers({times.data(), times.data() + times.size()}, factor), "another time constant");
+  }
+
   void noise(const CalibratedEntry& entry) {
     if (entry.name.ends_with(".error")) return;
     const bool motion = entry.name == "constant_twist" || entry.name == "constant_velocity";
@@ -306,6 +319,7 @@ class Refinements {
 
   const TrackingOptions& options_;
   const ModelSettings& settings_;
+  TrackingNoise noise_;  // in the axes of the files
   std::vector<CalibratedEntry> entries_;
   bool less_motion_;  // smaller motion noise may be tried
   double length_;     // of the recording [s]

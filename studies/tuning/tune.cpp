@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 
 #include <tandem/lie/error.hpp>
+#include <tandem/problem/tracking/ego_track.hpp>
 #include <tandem/solvers/calibration/default_solve.hpp>
 #include <tandem/studies/calibration/scored_measurements.hpp>
 #include <tandem/studies/support/text.hpp>
@@ -56,6 +57,7 @@ class Tuner {
     result.start = options_.start;
     Recordings first = solved_start(result.start);
     check_same_sensors(first);
+    start_at(first);
     result.before = all_misfits(first);
     result.block_length = held_out_block_length(first.problems, options_.stop);
     if (!(result.block_length > 0))
@@ -63,6 +65,7 @@ class Tuner {
           fmt::format("{} is too short to hold out blocks of time; record for longer, or choose the model "
                       "yourself",
                       result.scenarios.front()));
+    result.ahead = options_.ahead > 0 ? options_.ahead : held_out_time_ahead(first.problems, result.block_length);
     result.candidates =
         proposed_changes(first.with_options.front().scenario, first.with_options.front().target, result.before);
     check_names(result.candidates, first);
@@ -89,7 +92,9 @@ class Tuner {
       NavigationOptions own = one.own;
       own.covariance = false;
       stop.limit(own.solver);
-      all.problems.push_back(std::make_unique<CalibrationProblem>(one.scenario, one.target, own, stop.with_grace()));
+      const EgoTrack* const similar = navigations_.empty() ? nullptr : navigations_[all.problems.size()].get();
+      all.problems.push_back(
+          std::make_unique<CalibrationProblem>(one.scenario, one.target, own, stop.with_grace(), similar));
       all.with_options.push_back(std::move(one));
     }
     return all;
@@ -121,6 +126,14 @@ class Tuner {
     } catch (const Error&) {
       start["robust"] = "true";
       return solved(start, options_.stop);
+    }
+  }
+
+  /// Lets all further problems start at the navigation of these, without the gross errors that it found.
+  void start_at(const Recordings& recordings) {
+    for (std::size_t i = 0; i < scenarios_.size(); ++i) {
+      navigations_.push_back(recordings.problems[i]->navigation);
+      if (navigations_.back()) scenarios_[i].navigation = navigations_.back()->data;
     }
   }
 
@@ -185,7 +198,7 @@ class Tuner {
     options.start = tuning.start;
     options.stop = options_.stop;
     options.score.block_length = tuning.block_length;
-    options.score.ahead = options_.ahead;
+    options.score.ahead = tuning.ahead;
     options.propose = [&](const ModelSettings& current) {
       const TunedProblem one = options_.apply(scenarios_.front(), current);
       std::vector<ModelChange> changes = refined_changes(one.scenario, one.target, current);
@@ -211,8 +224,9 @@ class Tuner {
     return select_model(build, tuning.candidates, options);
   }
 
-  const std::vector<Scenario>& scenarios_;
+  std::vector<Scenario> scenarios_;
   const TuneOptions& options_;
+  std::vector<std::shared_ptr<const EgoTrack>> navigations_;  // of the start; null by odometry
 };
 
 }  // namespace

@@ -24,7 +24,7 @@ struct TuneOptions {
   ModelSettings start{};             ///< the settings that the user gives
   std::vector<std::string> only{};   ///< names of what may change: an option, a sensor, or both; empty: everything
   std::vector<std::string> fixed{};  ///< names of what keeps its value
-  double ahead = 0;                  ///< ScoreOptions::ahead
+  double ahead = 0;                  ///< ScoreOptions::ahead; 0: held_out_time_ahead()
   bool dry_run = false;              ///< proposes candidates, but does not score them
   Stop stop{};
   std::function<void(const std::string& what)> progress{};
@@ -34,6 +34,7 @@ struct TuneOptions {
 struct Tuning {
   std::vector<std::string> scenarios;
   double block_length = 0;              ///< of the held-out measurements [s]
+  double ahead = 0;                     ///< of predictions from earlier measurements only [s]; 0: none
   std::vector<ModelChange> candidates;  ///< proposed for the start
   ModelSelection selection;             ///< empty in a dry run
   ModelSettings start;

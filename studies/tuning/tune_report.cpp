@@ -88,6 +88,8 @@ JsonFields<Tuning> tune_fields() {
   return JsonFields<Tuning>()
       .add("scenarios", "names of the scenarios", [](const Tuning& t) { return t.scenarios; })
       .add("block_length", "length of the held-out blocks of time [s]", [](const Tuning& t) { return t.block_length; })
+      .add("ahead", "time of predictions from earlier measurements only [s]; 0: none",
+           [](const Tuning& t) { return t.ahead; })
       .add("model", "the selected model in one sentence", [](const Tuning& t) { return tuned_model(t); })
       .add("options", "options of the selected model, as words of a command line",
            [](const Tuning& t) { return words_of(t.selection.settings); })
@@ -106,6 +108,11 @@ JsonFields<Tuning> tune_fields() {
       .add("unexplained", "what remains in the residuals, by sensor", [](const Tuning& t) { return unexplained(t); })
       .add_list("steps", "evaluated changes", step_fields(),
                 [](const Tuning& t) -> const std::vector<ModelStep>& { return t.selection.steps; });
+}
+
+std::string held_out_text(const Tuning& t) {
+  return fmt::format("in blocks of {:.2g} s", t.block_length) +
+         (t.ahead > 0 ? fmt::format(" and predicted up to {:.2g} s ahead", t.ahead) : "");
 }
 
 }  // namespace
@@ -127,9 +134,9 @@ std::string tune_report(const Tuning& t, bool full) {
       table.row({describe(step.change.settings), gain_text(step), std::string(name(step.verdict)),
                  step.why.empty() ? step.change.why : step.why});
     }
-  std::string text = fmt::format(
-      "{}\n\n{}: {} models scored in {:.0f} s on measurements held out in blocks of {:.2g} s\n\n{}", tuned_model(t),
-      fmt::join(t.scenarios, ", "), t.selection.models, t.seconds, t.block_length, table.str());
+  std::string text =
+      fmt::format("{}\n\n{}: {} models scored in {:.0f} s on measurements held out {}\n\n{}", tuned_model(t),
+                  fmt::join(t.scenarios, ", "), t.selection.models, t.seconds, held_out_text(t), table.str());
   if (!full && rejected > kShownRejected)
     text += fmt::format("… and {} candidates that are not kept. All: --full, or steps.csv in --out.\n",
                         rejected - kShownRejected);
@@ -146,8 +153,8 @@ std::string tune_report(const Tuning& t, bool full) {
 std::string candidates_report(const Tuning& t) {
   TextTable table({{"candidate", Align::left}, {"why", Align::left}});
   for (const ModelChange& change : t.candidates) table.row({describe(change.settings), change.why});
-  return fmt::format("{}: {} candidates, to be validated on measurements held out in blocks of {:.2g} s\n\n{}",
-                     fmt::join(t.scenarios, ", "), t.candidates.size(), t.block_length, table.str());
+  return fmt::format("{}: {} candidates, to be validated on measurements held out {}\n\n{}",
+                     fmt::join(t.scenarios, ", "), t.candidates.size(), held_out_text(t), table.str());
 }
 
 std::string tune_json(const Tuning& t) { return json_text(json_document("tune", tune_fields(), t)); }

@@ -107,7 +107,7 @@ TEST(PredictiveScore, DoesNotDependOnTheStart) {
   Problem* const one[] = {&walk.problem};
   ScoreOptions options = blocks_of(5);
   const PredictiveScore cold = predictive_score(one, measurements_of(walk), options);
-  EXPECT_EQ(cold.solutions.size(), 10u) << "five folds of gaps, and five of short gaps";
+  EXPECT_EQ(cold.solutions.size(), 11u) << "five folds of gaps, five of short gaps, and all measurements";
   options.start = &cold.solutions;
   const PredictiveScore warm = predictive_score(one, measurements_of(walk), options);
   ASSERT_EQ(warm.parts.size(), cold.parts.size());

@@ -39,5 +39,21 @@ TEST(SavedValues, MatchByNameIfTheNumbersDiffer) {
   EXPECT_EQ(to.value(another_delay).vector()[0], 0);
 }
 
+TEST(SavedValues, MoveAnotherProblemAsTheyMoved) {
+  Problem from, to;
+  const SE3 a = SE3::Exp(Vector<6>(1, 2, 3, 0.1, 0.2, 0.3)), step = SE3::Exp(Vector<6>(0.5, 0, 0, 0, 0, 0.2));
+  const auto x = from.add(a, "pose");
+  from.add(R3(), "drift");
+  const detail::SavedValues before(from);
+  from.set_value(x, a * step);
+  const detail::SavedValues after(from);
+  const SE3 b = SE3::Exp(Vector<6>(3, 1, 2, 0, 0.4, -0.3));
+  const auto bias = to.add(R3(Vector<3>(7, 8, 9)), "bias");
+  const auto y = to.add(b, "pose");
+  after.move(before, to);
+  EXPECT_LT((to.value(y).matrix() - (b * step).matrix()).norm(), 1e-12);
+  EXPECT_EQ(to.value(bias).vector(), Vector<3>(7, 8, 9));
+}
+
 }  // namespace
 }  // namespace tandem::testing

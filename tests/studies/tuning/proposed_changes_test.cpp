@@ -10,10 +10,11 @@ namespace {
 
 using testing::Contains;
 using testing::ElementsAre;
+using testing::HasSubstr;
 using testing::Not;
 
-/// Two range-bearing sensors with fixes each second; those of the second one are `offset` seconds later.
-Scenario two_sensors(double offset) {
+/// Two range-bearing sensors with fixes each second, or `rate` by the second one, whose fixes are `offset` seconds later.
+Scenario two_sensors(double offset, double rate = 1) {
   Scenario scenario;
   scenario.data.planar = true;
   scenario.data.noise = TrackingNoise(true);
@@ -23,9 +24,9 @@ Scenario two_sensors(double offset) {
     sensor.name = shift == 0 ? "lidar" : "radar";
     sensor.type = SensorType::range_bearing;
     sensor.sigma = Vector<2>(1.5, 0.02);
-    for (int i = 0; i < 50; ++i) {
+    for (int i = 0; i < (shift == 0 ? 50 : 50 * rate); ++i) {
       Measurement m;
-      m.t = i + shift;
+      m.t = shift == 0 ? i : i / rate + shift;
       sensor.measurements.push_back(m);
     }
   }
@@ -64,6 +65,13 @@ TEST(ProposedChanges, HaveDriftingBiasesOfSensorsThatCheckEachOther) {
   EXPECT_THAT(proposed, Not(Contains("--roll-pitch off"))) << "in the plane";
 }
 
+/// A sensor of low rate checks the slow errors of one of high rate.
+TEST(ProposedChanges, HaveSystematicErrorsOfSensorsOfDifferentRates) {
+  const auto proposed = texts(proposed_changes(two_sensors(0.02, 5), {}, residuals(true)));
+  EXPECT_THAT(proposed, Contains("--error lidar=1.5,0.02:10"));
+  EXPECT_THAT(proposed, Contains("--error radar=1.5,0.02:10"));
+}
+
 /// Between the fixes of a sensor, the motion of the target explains what a bias would.
 TEST(ProposedChanges, HaveNoSystematicErrorsOfLoneSensors) {
   for (const std::string& text : texts(proposed_changes(two_sensors(0.5), {}, residuals(true))))
@@ -80,6 +88,15 @@ TEST(RefinedChanges, DoubleAndHalveErrorsTimesAndNoise) {
   EXPECT_THAT(texts(refined_changes(scenario, {}, {{"error lidar", "1,0.04:40"}})),
               Not(Contains("--error lidar=1,0.04:80")))
       << "longer than the recording";
+}
+
+TEST(RefinedChanges, DoubleAndHalveTimeConstantsOfDampedModels) {
+  TrackingOptions options;
+  EXPECT_THAT(texts(refined_changes(two_sensors(0.1), options, {})), Not(Contains(HasSubstr("_time"))));
+  options.model = MotionModel::damped_twist;
+  EXPECT_THAT(texts(refined_changes(two_sensors(0.1), options, {})), Contains("--noise twist_time=120,120,120"));
+  options.mode = Mode::B;
+  EXPECT_THAT(texts(refined_changes(two_sensors(0.1), options, {})), Contains("--noise velocity_time=30,30"));
 }
 
 TEST(KeepsStatedNoise, CountsNoiseAndBiasTogether) {
