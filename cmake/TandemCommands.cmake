@@ -5,9 +5,9 @@
 set(TANDEM_COMMAND_GROUPS "Estimation" "Models and noise" "Planning" "Studies" "Files")
 
 # tandem_commands(RESULT folder BASE library BASE_FOLDERS folders ... FULL library LIBS libs ...): adds an executable
-# for each command of the folder and sets RESULT to the targets' names. A command that includes headers of the base
-# folders only links the base library; every other command links the full one. Writes commands.inc, the list that
-# `tandem --help` prints.
+# for each command of the folder and sets RESULT to the targets' names. Commands that include only headers of the base
+# folders link the base library; the others link the full library. Writes commands.inc, the list that `tandem --help`
+# prints.
 function(tandem_commands result folder)
   cmake_parse_arguments(ARG "" "BASE;FULL" "BASE_FOLDERS;LIBS" ${ARGN})
   file(GLOB files CONFIGURE_DEPENDS "${CMAKE_CURRENT_SOURCE_DIR}/${folder}/*_command.cpp")

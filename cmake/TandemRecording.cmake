@@ -1,7 +1,7 @@
 # Optional libraries of tandem::recording, which reads the formats of loggers.
 
-# tandem_find_recording_library(NAME header library package HAS): creates TandemDeps::<library> and sets HAS, or prints
-# what is missing without it.
+# tandem_find_recording_library(NAME header library package HAS): creates TandemDeps::<library> and sets HAS to TRUE. If
+# the library is not installed, prints a message and sets HAS to FALSE.
 function(tandem_find_recording_library name header library package has)
   find_path(TANDEM_${name}_INCLUDE_DIR ${header})
   find_library(TANDEM_${name}_LIBRARY ${library})

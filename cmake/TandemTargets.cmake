@@ -107,7 +107,7 @@ function(tandem_install_pkgconfig)
   if(TANDEM_STUDIES)
     string(APPEND TANDEM_PC_PRIVATE " -lyaml-cpp -lfmt")
   endif()
-  # Static libraries need the libraries that they use; shared ones bring them.
+  # A program that links static libraries must also name the libraries that these use.
   if(NOT BUILD_SHARED_LIBS)
     string(APPEND TANDEM_PC_LIBS " ${TANDEM_PC_PRIVATE}")
   endif()
@@ -141,7 +141,7 @@ set(TANDEM_COMMON_HEADERS
     <string> <string_view> <tuple> <typeindex> <utility> <variant> <vector>
     <Eigen/Core> <Eigen/Cholesky> <Eigen/Geometry>
 )
-# Also instantiates the operations of the groups; for libraries above residuals.
+# For libraries above residuals: these headers also instantiate the operations of the groups.
 set(TANDEM_PROBLEM_HEADERS
     ${TANDEM_COMMON_HEADERS} "${CMAKE_CURRENT_LIST_DIR}/instantiations.hpp" <tandem/problem/problem.hpp>
 )
@@ -231,7 +231,7 @@ macro(tandem_use_ccache)
   find_program(TANDEM_CCACHE ccache)
   mark_as_advanced(TANDEM_CCACHE)
   if(TANDEM_CCACHE AND PROJECT_IS_TOP_LEVEL AND NOT CMAKE_CXX_COMPILER_LAUNCHER)
-    # Every compilation would fail if ccache cannot write its folder, so one is tried first.
+    # If ccache cannot write its folder, every compilation fails. One compilation is therefore tried first.
     file(WRITE "${PROJECT_BINARY_DIR}/ccache_probe.cpp" "int probe;\n")
     execute_process(
       COMMAND "${TANDEM_CCACHE}" "${CMAKE_CXX_COMPILER}" -c ccache_probe.cpp -o ccache_probe.o

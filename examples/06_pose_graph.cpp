@@ -43,7 +43,7 @@ Summary solve_graph(const std::string& file) {
   const std::string vertex = G::dof == 3 ? "VERTEX_SE2" : "VERTEX_SE3:QUAT";
   const std::string edge = G::dof == 3 ? "EDGE_SE2" : "EDGE_SE3:QUAT";
   Problem problem;
-  std::map<int, std::size_t> index;  // of each vertex, by its id
+  std::map<int, std::size_t> index;  // index of the variable, by the id of the vertex
   std::vector<Variable<G>> poses;
   std::vector<PoseEdge<G>> edges;
   std::ifstream in(file);

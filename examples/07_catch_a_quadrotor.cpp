@@ -97,8 +97,8 @@ struct RecoveryPlan {
 
 }  // namespace
 
-// 07_catch_a_quadrotor [REPLANS [TOLERANCE]]: a solve ends if the predicted decrease of the cost is below TOLERANCE (1
-// + cost).
+// 07_catch_a_quadrotor [REPLANS [TOLERANCE]]: a solve ends when the predicted decrease of the cost is below TOLERANCE
+// times (1 + cost).
 int main(int argc, char** argv) {
   const int replans = argc > 1 ? std::max(2, std::atoi(argv[1])) : 150;
   DampedSqp::Options options;

@@ -20,7 +20,7 @@ namespace tandem {
 template <int N, bool kPlain = false>
 struct Dual {
   static_assert(N > 0);
-  /// Derivatives; an odd number is padded with a zero, so that all are computed in vector registers.
+  /// Derivatives. If their number is odd, a zero is appended, so that all are computed in vector registers.
   using Partials = Eigen::Array<double, N + N % 2, 1>;
 
   double a;    ///< value

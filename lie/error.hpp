@@ -44,8 +44,9 @@ class NumericalError : public Error {
   using Error::Error;
 };
 
-/// Thrown if a residual or its derivative is undefined or not finite. A residual throws it with the reason only.
-/// Problem and NlpEvaluator add the names of the residual and of its variables, also to an Error of another residual.
+/// Thrown if a residual or its derivative is undefined or not finite. A residual gives only the reason. Problem and
+/// NlpEvaluator add the names of the residual and of its variables. They also convert every other Error that a residual
+/// throws to this type.
 class UndefinedResidualError : public NumericalError {
  public:
   using NumericalError::NumericalError;
@@ -54,7 +55,7 @@ class UndefinedResidualError : public NumericalError {
         residual_(std::move(residual)),
         variables_(std::move(variables)) {}
 
-  /// Returns the name of the residual; empty if only the residual itself threw.
+  /// Returns the name of the residual; empty before Problem or NlpEvaluator has added it.
   const std::string& residual() const { return residual_; }
   /// Returns the names of the variables that the residual reads.
   const std::vector<std::string>& variables() const { return variables_; }

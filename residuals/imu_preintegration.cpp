@@ -13,7 +13,7 @@ namespace {
 constexpr double kMissedJerk = 5, kMissedAngularAcceleration = 1;
 
 /// Returns the noise of samples that are interpolated across a gap. A rate of change c that interpolation misses causes
-/// an error of c T²/2 over a gap of T seconds, which white noise with a root density of c T^1.5 / 2 has, too.
+/// an error of c T²/2 over a gap of T seconds. White noise with a root density of c T^1.5 / 2 has the same effect.
 ImuNoise interpolation_noise(ImuNoise noise, double gap) {
   const double half = 0.5 * gap * std::sqrt(gap);
   noise.accelerometer = std::max(noise.accelerometer, kMissedJerk * half);

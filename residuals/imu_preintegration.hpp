@@ -68,8 +68,8 @@ class ImuPreintegrator {
   ImuNoise noise_;
   ImuHold hold_;
   ImuDelta delta_;
-  // Errors of [position; velocity; rotation] along the body axes at the start, where their propagation needs shears
-  // only.
+  // Errors of [position; velocity; rotation] along the body axes at the start. Along these axes, the matrix that
+  // propagates errors over a step is unit triangular.
   ByBias by_sensor_error_ = ByBias::Zero();  ///< effect of an error common to all samples: minus the bias Jacobian
   Matrix<9, 9> covariance_ = Matrix<9, 9>::Zero();
   ByBias minus_bias_covariance_ = ByBias::Zero();  ///< minus the cross-covariance with the bias random walk

@@ -39,8 +39,8 @@ typename G::Jacobian derivative_of_Jr_times(const typename G::Tangent& xi, const
   return D;
 }
 
-/// Returns the motion at T0 ⊕ ξ, where [ξ; ξ̇] has the given derivatives with respect to the states, the first of which
-/// is T0 itself, and the covariance `bridge`.
+/// Returns the motion at T0 ⊕ ξ. `by_states` are the derivatives of [ξ; ξ̇] with respect to the states, the first of
+/// which is T0. `bridge` is the covariance of [ξ; ξ̇].
 template <LieGroup G>
 InterpolatedMotion<G> motion_at(const G& origin, const typename G::Tangent& xi, const typename G::Tangent& rate,
                                 const Eigen::MatrixXd& by_states, const Matrix<2 * G::dof, 2 * G::dof>& bridge,
@@ -60,7 +60,7 @@ InterpolatedMotion<G> motion_at(const G& origin, const typename G::Tangent& xi, 
 }  // namespace detail
 
 /// Interpolates with a constant twist between two poses, dt [s] apart, `after` [s] after the first one. States: x0, x1.
-/// The prior says nothing about the time between, so `bridge` is zero.
+/// The prior does not describe the motion between the poses, so `bridge` is zero.
 template <LieGroup G>
 InterpolatedMotion<G> interpolate_constant_twist(const G& x0, const G& x1, double dt, double after) {
   constexpr int n = G::dof;
@@ -206,7 +206,7 @@ InterpolatedMotion<G> interpolate_damped(const std::vector<G>& x, const std::vec
     if (j == Eigen::Index(k)) continue;
     const InverseJacobians<G> at_d(d[std::size_t(j)]);
     for (int row = 0; row < 2; ++row) {
-      // d_j occurs in the displacement to pose j, and in that from it.
+      // Pose j ends one displacement and starts the next one; its derivative has a term for each.
       typename G::Tangent weight = G::Tangent::Zero();
       if (j > 0) weight += weights[std::size_t(row)].col(j - 1);
       if (j + 1 < count) weight -= weights[std::size_t(row)].col(j);

@@ -24,10 +24,10 @@ struct Elements {
 
 /// A group that Python knows, without its C++ type.
 struct Group {
-  std::string name;  ///< of the Python class
+  std::string name;  ///< name of the Python class
   const std::type_info* type;
   int dof;
-  std::size_t size;  ///< of an element [bytes]
+  std::size_t size;  ///< size of an element [bytes]
   int parameters;    ///< number of plain numbers of an element, see pack()
 
   /// Returns whether an object holds elements of this group.

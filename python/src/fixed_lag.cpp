@@ -56,7 +56,7 @@ void bind_fixed_lag(py::module_& m) {
         const py::object x = py::cast(self.problem).attr("add")(initial, name);
         const BlockVariables added = block_variables(x, "add");
         for (std::size_t i = 0; i < added.count; ++i)
-          self.lag->track(t, Variable<R3>(added.at(0, i)));  // uses the handle only
+          self.lag->track(t, Variable<R3>(added.at(0, i)));  // the group of the variable is not used
         return x;
       },
       py::arg("t"), py::arg("initial"), py::arg("name") = "",

@@ -39,7 +39,7 @@ RunningSolve::~RunningSolve() { std::erase(running, &stop_); }
 void bind_interrupt(py::module_&) {
   // Runs after the interpreter has joined all threads but daemons.
   py::module_::import("atexit").attr("register")(py::cpp_function(&stop_all));
-  // A child process has the thread that forked only.
+  // After a fork, the child process has only the thread that forked.
   const py::module_ os = py::module_::import("os");
   if (py::hasattr(os, "register_at_fork"))
     os.attr("register_at_fork")(py::arg("after_in_child") = py::cpp_function([] { running.clear(); }));

@@ -12,7 +12,7 @@
 namespace tandem::python {
 namespace {
 
-/// Marginal covariances, with the problem's IDs of the variables when they were computed.
+/// Marginal covariances, and the IDs that the variables had when the covariances were computed.
 struct PyMarginals {
   std::unique_ptr<Marginals> marginals;
   std::shared_ptr<PyProblem> problem;

@@ -101,14 +101,14 @@ class PyOnlineEstimator {
   struct Sensor {
     Kind kind;
     std::size_t index;
-    std::string names;  // of the columns, separated by commas
+    std::string names;  // names of the columns, separated by commas
     int columns;
   };
 
   PyOnlineEstimator(ProblemOfWords problem, const py::dict& given) : scenario_(std::move(problem.scenario)) {
     const bool by_odometry = moves_by_odometry(scenario_);
     OnlineOptions o;
-    o.lag.max_iterations = 12;  // as `tandem track`
+    o.lag.max_iterations = 12;  // default of `tandem track`
     o.tracking = problem.target;
     o.ego = problem.own.ego;
     o.alignment = problem.own.alignment;

@@ -95,7 +95,7 @@ void set_value(PyProblem& self, py::handle x, py::handle value) {
     variable_functions(*group).set_value(problem, variables.handles[i], group->element(value, single ? 0 : i));
 }
 
-/// Removes all of them, or none if one of them is not in the problem or still read.
+/// Removes blocks or variables. If one of them is not in the problem, or a block still reads it, removes none.
 void remove(Problem& problem, py::handle what) {
   if (py::isinstance<PyBlocks>(what)) {
     const auto& blocks = what.cast<const PyBlocks&>().blocks;
@@ -104,7 +104,7 @@ void remove(Problem& problem, py::handle what) {
         raise("StaleHandleError", "remove: block " + std::to_string(i) + " of the " + std::to_string(blocks.size()) +
                                       " is not in the problem; nothing was removed");
     for (const Block& block : blocks)
-      if (problem.has(block)) problem.remove(block);  // may be named twice
+      if (problem.has(block)) problem.remove(block);  // a block may be named twice
     return;
   }
   const std::vector<PyVariable> variables = all_variables(what, "remove");
@@ -114,7 +114,7 @@ void remove(Problem& problem, py::handle what) {
     const std::array<int, 1> one{id};
     return !problem.soft_blocks_reading(one).empty() || !problem.hard_blocks_reading(one).empty();
   };
-  // The first variable that is read makes remove() throw before anything has been removed.
+  // If a block reads one of the variables, remove() throws the error here, before anything has been removed.
   if (!problem.soft_blocks_reading(ids).empty() || !problem.hard_blocks_reading(ids).empty())
     problem.remove(variables[std::size_t(std::find_if(ids.begin(), ids.end(), is_read) - ids.begin())].handle);
   for (const PyVariable& x : variables)

@@ -14,13 +14,14 @@ namespace {
 
 std::string path_of(const py::object& path) { return py::str(py::module_::import("os").attr("fspath")(path)); }
 
-/// Returns the text of the problem without Python residuals, and for each of these: the residual, the row of its data,
-/// its variables in the order of all variables, and (noise, loss) or (lower, upper, multipliers).
+/// Returns the text of the problem without its Python residuals, and a list of these residuals. An entry of the list
+/// has the residual, the row of its data, the indices of its variables, and (noise, loss) or (lower, upper,
+/// multipliers).
 py::tuple pickled(const PyProblem& self) {
   const std::vector<PythonBlock> blocks = self.python_blocks();
   const Problem& problem = self.read();
   if (blocks.empty()) return py::make_tuple(problem_text(problem));
-  std::map<int, std::size_t> position;  // of a variable by its slot
+  std::map<int, std::size_t> position;  // index of a variable, by its slot
   for (const PyVariable& x : variables_of(problem)) position.emplace(x.handle.slot, position.size());
   Problem rest = problem.copy();
   py::list list;

@@ -18,7 +18,7 @@ Problem& PyProblem::change() {
 std::shared_ptr<PyProblem> PyProblem::copy() const {
   auto other = std::make_shared<PyProblem>(std::make_shared<Problem>(read().copy()));
   for (PythonBlock block : python_blocks()) {
-    for (VariableHandle& x : block.variables) x = other->read().counterpart(Variable<R3>(x));  // uses the handle only
+    for (VariableHandle& x : block.variables) x = other->read().counterpart(Variable<R3>(x));  // the group is not used
     other->remember(std::move(block));
   }
   other->no_multipliers = no_multipliers;

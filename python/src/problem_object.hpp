@@ -15,7 +15,7 @@ struct Callable;
 struct PythonBlock {
   Block block;
   std::shared_ptr<Callable> callable;
-  std::size_t row;  ///< of the data of the callable
+  std::size_t row;  ///< row of the data of the callable
   bool hard;
   std::vector<VariableHandle> variables;
 };
@@ -44,8 +44,9 @@ class PyProblem {
   /// Why the multipliers are not those of a solution; empty if they are. Only the interpreter's lock guards it.
   std::string no_multipliers;
 
-  /// Marks the problem as being solved by this thread. Throws BusyError if it already is. Created and destroyed with
-  /// the interpreter's lock. The interpreter waits at its exit until none exists, and sets their stop flags.
+  /// Marks the problem as being solved by this thread. The constructor throws BusyError if the problem is already being
+  /// solved. The caller holds the interpreter's lock during construction and destruction. At its exit, the interpreter
+  /// sets the stop flags of all solves and waits until none is left.
   class Solve {
    public:
     explicit Solve(PyProblem& problem);

@@ -14,7 +14,7 @@ std::string PythonError::summary(const py::error_already_set& error) {
 void PythonError::raise() const {
   const py::object type = exception_class("ResidualError");
   py::error_already_set cause(*error_);
-  const bool named = cause.matches(type);  // by the package itself
+  const bool named = cause.matches(type);  // raised by the package itself
   cause.restore();
   if (!named) py::raise_from(type.ptr(), what());
   throw py::error_already_set();

@@ -75,7 +75,7 @@ std::shared_ptr<Callable> make_callable(py::object function, std::uintptr_t poin
 }  // namespace
 
 Callable::~Callable() {
-  if (!Py_IsInitialized()) {  // of a problem that outlives the interpreter
+  if (!Py_IsInitialized()) {  // the problem outlives the interpreter
     function.release();
     data.release();
     owner.release();

@@ -105,7 +105,7 @@ struct Instance {
 
 /// A residual template, for example Prior, with its instances.
 struct Family {
-  std::string name;                  ///< of the function in Python
+  std::string name;                  ///< name of the function in Python
   std::vector<std::string> members;  ///< names, in the order of R::fields()
   std::size_t required;              ///< number of members without a default
   std::vector<Instance> instances;
@@ -181,7 +181,7 @@ void declare(py::module_& m, const std::string& name, std::vector<std::string> m
 /// A residual of a family with Python values of its members; groups are known when it meets variables.
 struct FamilyResidual {
   const Family* family;
-  std::vector<py::object> values;  ///< of each member; null for the default
+  std::vector<py::object> values;  ///< value of each member; null for the default
 };
 
 /// The residuals of a FamilyResidual for given groups: one, or an array.

@@ -29,7 +29,7 @@ Summary run(PyProblem& self, Solver options, const std::string& name, const py::
   if (!summary.converged()) {
     const py::object warning = exception_class("IncompleteWarning");
     const std::string text = name + ": " + std::string(tandem::name(summary.status)) + ": " + summary.message;
-    // The frame above is that of _calls.py.
+    // Level 2 skips the stack frame of _calls.py, so the warning names the line of the caller.
     if (PyErr_WarnEx(warning.ptr(), text.c_str(), 2) != 0) throw py::error_already_set();
   }
   return summary;

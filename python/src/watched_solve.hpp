@@ -21,7 +21,7 @@ class WatchedSolve {
   WatchedSolve(const WatchedSolve&) = delete;
 
   const std::atomic<bool>& stop() { return running_.flag(); }
-  /// Makes a solve with these options stop and report. The object must outlive the solve.
+  /// Adds the stop flag and the progress function to the options of a solve. The object must outlive the solve.
   void watch(SolverOptions& options) {
     options.stop = &stop();
     options.progress = [this](const Progress& p) {

@@ -19,7 +19,7 @@
 
 #include "noise.hpp"
 
-// Residuals that take another residual. The member functions below are tables: wrapper × residual × groups.
+// Residuals that take another residual. The functions below list the combinations of wrapper, residual and groups.
 namespace tandem::python {
 namespace {
 

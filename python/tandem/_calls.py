@@ -5,7 +5,7 @@ import re
 from types import ModuleType
 from typing import Any, List
 
-# Special methods with arguments of users; those of operators must return NotImplemented, which pybind11 does itself.
+# Special methods that users call with arguments. Operators are not wrapped: they must return NotImplemented.
 _SPECIAL = ("__init__", "__call__")
 
 

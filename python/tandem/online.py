@@ -61,7 +61,7 @@ class OnlineEstimator(_Ready, _OnlineEstimator):
         rejected(): (sensor, reason) of queued measurements that were rejected since the last call.
         health: dictionary with chaser, target (state: none, aided, lost, invalid; age [s]), sensors, resets, …
         sensors: (name, columns) of each sensor.
-        solve_to_convergence(), finish() at the end of the data, reset() to begin anew.
+        solve_to_convergence(), finish() at the end of the data, reset() discards the estimate.
 
     >>> import tandem
     >>> s = tandem.read_scenario("docking_a")

@@ -155,7 +155,7 @@ class Scenario:
             "noise": {k: _plain(v, f"noise {k}") for k, v in self.noise.items()}}
         if sensors:
             document["sensors"] = sensors
-        # JSON is YAML. Each entry is on a line of its own, for messages with line numbers.
+        # JSON is YAML. Each entry has its own line, so that messages can name it by the line number.
         lines = []
         for key, value in document.items():
             if isinstance(value, dict):

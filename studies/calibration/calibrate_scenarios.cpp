@@ -169,7 +169,7 @@ ScenarioCalibration calibrated(std::vector<Scenario> scenarios, const ScenarioCa
   result.before = misfits_of_all(problems.all(), options.stop);
   const HeldOutFolds held_out = make_held_out_folds(problems.all(), options.folds);
   const bool untested = options.noise && has_untested_dead_reckoning(problems.all(), held_out, result.notes);
-  result.given_noise = result.noise = problems.given_entries();  // includes parameters that are kept later
+  result.given_noise = result.noise = problems.given_entries();  // also of rejected estimates
   std::vector<CalibratedParameter> kept;
   while (options.noise) {
     result.summary = problems.calibrate(calibration, result.parameters);

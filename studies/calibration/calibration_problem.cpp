@@ -36,7 +36,7 @@ CalibratedEntry entry_of(std::string name, const Components& components, std::ve
   }
   entry.row.resize(entry.components.size());
   std::iota(entry.row.begin(), entry.row.end(), 0);
-  if (turned) std::swap(entry.row[0], entry.row[1]);  // north and east of the file
+  if (turned) std::swap(entry.row[0], entry.row[1]);  // files have north first, the problem east
   if (entry.components.size() == 1 && !entry.name.ends_with("holonomic")) entry.components[0].clear();
   return entry;
 }
@@ -99,7 +99,7 @@ std::vector<CalibratedEntry> calibrated_entries(const Scenario& scenario) {
   TrackingData data = scenario.data;
   const bool target = !data.sensors.empty(), planar = data.planar;
   if (target) {
-    convert_noise_axes(data.noise, scenario.frame);  // to the axes of the files
+    convert_noise_axes(data.noise, scenario.frame);  // from ENU to the axes of the files
     for (const NamedNoise& noise : named_noise(data)) {
       if (is_assumed(noise.name)) continue;
       const auto sensor = std::find_if(data.sensors.begin(), data.sensors.end(), [&](const TargetSensor& s) {

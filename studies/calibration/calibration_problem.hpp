@@ -22,8 +22,9 @@ struct CalibratedEntry {
   std::vector<double> sigmas;           ///< Given values, in the axes of the files like `components`.
   std::vector<int> row;                 ///< Index of each component among the rows in the problem.
   bool sensor = false;                  ///< Whether it is the noise of a sensor.
-  /// Noise of a chaser sensor other than position fixes; if the sensor has a bias state, the noise of the bias instead.
-  /// Between fixes, only this noise can account for slow errors of the position.
+  /// Whether it is the noise of a sensor of the chaser that gives no position fixes. If the sensor has a bias state,
+  /// only the noise of the bias has the flag. Between fixes, only this noise can account for slow errors of the
+  /// position.
   bool dead_reckoning = false;
 
   /// Returns the name of a parameter: "usbl.x", or "depth" for a single component.

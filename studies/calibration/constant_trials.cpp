@@ -61,7 +61,7 @@ ConstantTrials cross_validate_constants(Problem& problem, const std::vector<Sens
                                         const CalibrationOptions& options) {
   ConstantTrials result;
   Problem* const problems[] = {&problem};
-  std::vector<std::vector<double>> gains(constants.size());  // by constant and fold
+  std::vector<std::vector<double>> gains(constants.size());  // [constant][fold]
   try {
     for (std::size_t f = 0; f < folds.size(); ++f) {
       std::vector<HeldOutMeasurement> fold = folds[f];

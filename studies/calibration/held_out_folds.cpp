@@ -30,7 +30,7 @@ HeldOutFolds make_held_out_folds(const CalibrationProblems& problems, int n) {
   for (const auto& built : problems)
     measured += static_cast<int>(std::count_if(built->blocks.begin(), built->blocks.end(),
                                                [](const EntryBlock& b) { return b.measured_at.has_value(); }));
-  n = std::min(n, std::max(measured, 2));  // at least one measurement per fold
+  n = std::min(n, std::max(measured, 2));  // every fold has at least one measurement
   held_out.folds.resize(static_cast<std::size_t>(n));
   for (std::size_t p = 0; p < problems.size(); ++p) {
     CalibrationProblem& built = *problems[p];

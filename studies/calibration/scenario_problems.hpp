@@ -57,9 +57,9 @@ class ScenarioProblems {
   std::vector<ModelParameter> model_parameters_;
   std::vector<ModelParameterEntry> model_parameter_entries_;  // all known ones
   ScenarioCalibrationOptions noise_options_;                  // `free` without model parameters
-  std::vector<Scenario> scenarios_;                           // to rebuild the problems; empty without model parameters
-  CalibrationProblems problems_, given_problems_;             // given_problems_: the initial ones, after a rebuild
-  std::vector<Problem*> raw_problems_;                        // pointers to problems_
+  std::vector<Scenario> scenarios_;                // sources of rebuilt problems; empty without model parameters
+  CalibrationProblems problems_, given_problems_;  // given_problems_: the initial ones, after a rebuild
+  std::vector<Problem*> raw_problems_;             // pointers to problems_
   NoiseParameters noise_;
   detail::SavedNoise given_;
   int iterations_ = 0, solves_ = 0;  // sums over all calls of calibrate()

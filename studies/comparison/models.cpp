@@ -12,7 +12,7 @@ namespace {
 
 constexpr double kYawRate = 0.3;  // default limit [rad/s]
 
-/// First parts that set more options than the motion model.
+/// Names of the first part of a specification that set more options than the motion model.
 const std::string kModeB = "mode-b", kMultiHorizon = "multi-horizon";
 
 /// A constraint or horizons: its name, and the values that it takes besides a role.

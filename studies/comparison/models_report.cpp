@@ -179,7 +179,7 @@ JsonFields<Models> models_fields() {
 }  // namespace
 
 std::string models_report(const std::string& scenario, const std::vector<ModelResult>& results, bool full) {
-  std::vector<Measure> columns;  // with a value for at least one model
+  std::vector<Measure> columns;  // measures that have a value for at least one model
   for (const Measure& m : measures())
     if (std::any_of(results.begin(), results.end(), [&](const ModelResult& r) { return m(r).has_value(); }))
       columns.push_back(m);

@@ -18,12 +18,12 @@ namespace {
 
 constexpr int kLongest = 3200, kCoarse = 160, kFinest = 5;  // range and steps of the search [ms]
 constexpr double kRise = 8;            // rise of the cost over its minimum within which it is a parabola: four sigmas
-constexpr std::size_t kMinPoints = 7;  // of the parabola
+constexpr std::size_t kMinPoints = 7;  // minimum number of points for a parabola
 
 /// A parabola c0 + c1 x + c2 x², fitted to costs by delay [s].
 struct Parabola {
   Vector<3> c;
-  Matrix<3, 3> covariance;  // of c, from the scatter of the costs
+  Matrix<3, 3> covariance;  // covariance of c, from the scatter of the costs
 
   explicit Parabola(const std::vector<std::pair<double, double>>& points) {
     Eigen::MatrixX3d X(points.size(), 3);
@@ -39,15 +39,15 @@ struct Parabola {
   }
   double lowest() const { return -0.5 * c[1] / c[2]; }
   double sigma() const {
-    const Vector<3> slope(0, -0.5 / c[2], 0.5 * c[1] / (c[2] * c[2]));  // of lowest()
+    const Vector<3> slope(0, -0.5 / c[2], 0.5 * c[1] / (c[2] * c[2]));  // gradient of lowest() with respect to c
     return std::sqrt(0.5 / c[2] + slope.dot(covariance * slope));
   }
 };
 
-/// Finds the minimum of a profile of costs. Keyframes move with the delay, so the costs scatter by some tenths about a
-/// smooth profile; its minimum is that of a parabola through all costs near the lowest one.
+/// Finds the minimum of a profile of costs. The keyframes depend on the delay, so the costs scatter by a few tenths
+/// about a smooth profile. A parabola is therefore fitted to all costs near the lowest one.
 DelayFit lowest_of_profile(double given, const std::function<double(int)>& cost) {
-  std::map<int, double> costs;  // by delay [ms]
+  std::map<int, double> costs;  // key: delay [ms]
   const auto add = [&](int ms) {
     if (ms >= 0 && ms <= kLongest && !costs.contains(ms)) costs.emplace(ms, cost(ms));
   };

@@ -10,7 +10,8 @@ namespace tandem {
 
 /// Fits the delay of a sensor that observes the target by solving with different delays from 0 to 3.2 s. The result is
 /// the minimum of a parabola through the costs near the lowest one, and its standard deviation. All delays are compared
-/// on the same measurements; those that some delay shifts out of the chaser's motion are discarded.
+/// on the same measurements. Measurements that a delay would shift to a time before or after the chaser's motion are
+/// discarded.
 ///
 /// Throws Error if there is no such sensor or too few measurements remain, and Stopped at the solver's time limit, which
 /// covers all solves.

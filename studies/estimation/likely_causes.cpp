@@ -32,7 +32,7 @@ Hypothesis by_measurement(std::string text, Change change) {
           }};
 }
 
-/// Axes of the sensor that the data may have instead of forward, left, up; rows of signed unit vectors.
+/// Axes that the data of a sensor may have instead of forward, left, up. Each row is a signed unit vector.
 std::vector<std::pair<std::string, Matrix<3, 3>>> axes() {
   const auto rows = [](const Vector<3>& a, const Vector<3>& b, const Vector<3>& c) {
     Matrix<3, 3> A;

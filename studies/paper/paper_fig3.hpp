@@ -11,7 +11,7 @@
 namespace tandem::fig3 {
 
 constexpr double speed = 1.0;                 ///< forward, along the body's x [m/s]
-constexpr double turn_rate = 0.5;             ///< to the left, about the body's z [rad/s]
+constexpr double turn_rate = 0.5;             ///< positive to the left, about the body's z [rad/s]
 constexpr double radius = speed / turn_rate;  ///< radius of the arc around the origin, in the world's x-y plane [m]
 
 /// Returns the pose at time t [s] of a vehicle with this twist that starts at (radius, 0, 0) and heads along the

@@ -32,7 +32,7 @@ std::vector<Instant> instants_of(const Scenario& scenario, const std::vector<Key
   return instants;
 }
 
-/// Sets the states of a mode in the instants of the same times.
+/// Copies the states of a mode to the instants with the same times.
 void add_states(const std::vector<KeyframeError>& errors, const std::vector<TargetState>& target,
                 const std::vector<KeyframeUncertainty>& uncertainty, std::optional<ModeState> Instant::*mode,
                 std::vector<Instant>& instants) {

@@ -162,7 +162,7 @@ class Rosbag1Recording : public MessageRecording {
     std::size_t index = topic_index(topic, type);
     if (index == topics()) add_topic(topic, type, "ros1", std::string(details.text("message_definition")));
     topic_of_[id] = index;
-    for (const double t : early_counts_[id]) count(index, t);  // its index data came before it
+    for (const double t : early_counts_[id]) count(index, t);  // its index was read before the connection
     early_counts_.erase(id);
   }
 
@@ -202,9 +202,9 @@ class Rosbag1Recording : public MessageRecording {
   std::string chunk_;
   Pass pass_ = Pass::list;
   bool indexed_ = false;
-  std::map<std::uint32_t, std::size_t> topic_of_;  ///< by connection
+  std::map<std::uint32_t, std::size_t> topic_of_;  ///< key: ID of the connection
   std::map<std::uint32_t, std::vector<double>> early_counts_;
-  std::map<std::uint64_t, std::set<std::uint32_t>> chunk_connections_;  ///< by the byte of the chunk
+  std::map<std::uint64_t, std::set<std::uint32_t>> chunk_connections_;  ///< key: position of the chunk [bytes]
 };
 
 }  // namespace

@@ -129,7 +129,7 @@ class Rosbag2Recording : public MessageRecording {
   }
 
   sqlite3* database_ = nullptr;
-  std::map<long long, std::size_t> topic_of_;  ///< by id
+  std::map<long long, std::size_t> topic_of_;  ///< key: ID in the database
 };
 
 }  // namespace

@@ -18,7 +18,7 @@ inline SE3 pose_behind(double behind) { return SE3(SO3(), {-behind, 0.0, 0.0}); 
 struct RendezvousReadings {
   double t = 0.0;                            ///< s
   SE3 odometry;                              ///< dead-reckoned pose
-  std::optional<Measurement> usbl, optical;  ///< by the sensors of chaser_sensors()
+  std::optional<Measurement> usbl, optical;  ///< measurements of the sensors of chaser_sensors()
 };
 
 /// True state of a simulated rendezvous (both vehicles and the current) with its sensor simulation.

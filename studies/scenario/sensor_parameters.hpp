@@ -23,8 +23,8 @@ struct SensorParameter {
 struct SensorLosses {
   Loss target{}, own{};
   bool separate_orientation = false;  ///< measured orientations have a separate loss
-  /// A pose measurement has separate residuals for its parts: a second one for its position
-  /// (TrackingOptions::position_share), or only that one if the target is a point.
+  /// Whether a pose measurement has a separate residual for its position (TrackingOptions::position_share). If the
+  /// target is a point, this is its only residual.
   bool split_poses = false;
 };
 

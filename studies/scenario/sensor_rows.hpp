@@ -23,9 +23,9 @@ inline constexpr const char* pose_columns = "t,x,y,z,qx,qy,qz,qw";
 /// Returns whether a sensor of this type may have several measurements at the same time.
 bool may_repeat_times(SensorType type);
 
-/// Returns whether the values of a row, without its time, stand for missing data: a value is NaN, one of `declared`,
-/// ±9999, ±99999 or -32768, or all are ±32.768 (a DVL without bottom lock). The following functions return NaN for such
-/// a row, and for a zero quaternion or a zero range.
+/// Returns whether the values of a row, without its time, stand for missing data. This is the case if a value is NaN,
+/// one of `declared`, ±9999, ±99999 or -32768, or if all values are ±32.768 (a DVL without bottom lock). The following
+/// functions return NaN for such a row, for a zero quaternion and for a zero range.
 bool is_missing(std::span<const double> values, std::span<const double> declared);
 
 Measurement target_measurement(SensorType type, const double* row, const Frame& frame, bool planar,

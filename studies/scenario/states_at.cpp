@@ -31,7 +31,7 @@ Eigen::MatrixXd to_files(const Frame& frame, Eigen::Index dof, bool point) {
   return planar;
 }
 
-/// Returns A S Aᵀ, where entries of infinite variance keep it. A has one entry of size 1 in each column.
+/// Returns A S Aᵀ, with infinite variances kept. Each column of A has one nonzero entry, 1 or −1.
 Eigen::MatrixXd transformed(const Eigen::MatrixXd& A, const Eigen::MatrixXd& S) {
   const auto known = [](double s) { return std::isfinite(s) ? s : 0; };
   Eigen::MatrixXd result = A * S.unaryExpr(known) * A.transpose();

@@ -151,7 +151,8 @@ bool Statement::step() {
   return code == SQLITE_ROW;
 }
 
-/// Makes an interrupt end queries during its lifetime, since an untrusted database may have views without end.
+/// Lets an interrupt end queries during the lifetime of this object. Queries of an untrusted database may never end by
+/// themselves, because of its views.
 class Interruptible {
  public:
   explicit Interruptible(const Database& database) : handle_(database.handle()) {

@@ -102,7 +102,7 @@ StudyProgress run_study(StudyDatabase& database, const StudyRunOptions& options)
 
 std::vector<TrialResult> merged_results(const std::vector<std::filesystem::path>& shards) {
   std::vector<TrialResult> merged;
-  std::map<std::size_t, std::pair<std::size_t, std::size_t>> places;  // by trial: index in `merged`, shard
+  std::map<std::size_t, std::pair<std::size_t, std::size_t>> places;  // key: trial; value: index in `merged`, shard
   std::string canonical;
   for (std::size_t shard = 0; shard < shards.size(); ++shard) {
     const StudyDatabase database = StudyDatabase::read(shards[shard]);

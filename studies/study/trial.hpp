@@ -14,7 +14,7 @@ SimulatedDocking trial_docking(const TrialSettings& settings);
 struct TrialProblem {
   TrialSettings settings;
   std::optional<SimulatedDive> dive;  ///< set if the study simulates dives
-  Scenario scenario;                  ///< with truth; for a dive, the chaser is navigated by its own sensors
+  Scenario scenario;                  ///< includes the truth; in a dive, the chaser has its own sensors
   std::vector<std::pair<double, double>> gaps;
   TrackingOptions options;
   Solver solver;

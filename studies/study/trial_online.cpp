@@ -95,7 +95,7 @@ NewestStates filtered_states(const Scenario& scenario, const TrackingOptions& op
   if (const std::string why = why_hypotheses_unsupported(data, !data.ego); !why.empty())
     throw Error("newest: kalman is not possible: " + why);
   const std::vector<Keyframe> keyframes = make_keyframes(data);
-  std::vector<std::vector<Arrival>> fixes(keyframes.size());  // by the keyframe of their validity
+  std::vector<std::vector<Arrival>> fixes(keyframes.size());  // fixes that were valid at each keyframe
   for (std::size_t s = 0; s < data.sensors.size(); ++s)
     for (std::size_t i = 0; i < data.sensors[s].measurements.size(); ++i)
       if (const auto k = keyframe_at(keyframes, data.sensors[s].valid_at(data.sensors[s].measurements[i])))

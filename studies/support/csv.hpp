@@ -42,7 +42,7 @@ class CsvCell {
 /// A column of a CSV file.
 template <class Row>
 struct CsvColumn {
-  std::string name;  ///< with its unit: "error_x_m"
+  std::string name;  ///< name with the unit: "error_x_m"
   std::string doc;   ///< description with unit and axes, as in docs/file_formats.md
   std::function<CsvCell(const Row&)> cell;
 };

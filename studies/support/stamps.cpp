@@ -37,7 +37,7 @@ std::size_t time_column(const std::vector<std::string>& names, const std::string
     if (const auto found = std::find(names.begin(), names.end(), name); found != names.end())
       return std::size_t(found - names.begin());
   if (names.size() == 1) return 0;
-  throw Error(fmt::format("{}: none of the columns {} is {}; name the column of times [s] so", where,
+  throw Error(fmt::format("{}: none of the columns {} is {}; rename the column of times [s]", where,
                           printable(fmt::format("{}", fmt::join(names, ", "))),
                           listed({kTimeColumns.begin(), kTimeColumns.end()}, "or")));
 }

@@ -23,7 +23,7 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 constexpr int kNoProgram = 127;                  // exit status if execv() fails, as in shells
-constexpr std::chrono::seconds kStopTimeout{1};  // from SIGTERM to SIGKILL
+constexpr std::chrono::seconds kStopTimeout{1};  // time between SIGTERM and SIGKILL
 constexpr int kPollMilliseconds = 50;
 
 /// Runs in the forked child and executes the program. Calls only async-signal-safe functions, since threads of the

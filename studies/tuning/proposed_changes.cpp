@@ -15,14 +15,14 @@
 namespace tandem {
 namespace {
 
-constexpr double kTimes[] = {10, 40};  // correlation times [s] that are tried besides that of the residuals
-constexpr double kDelay = 0.5, kScale = 0.05, kMisalignment = 0.05;  // priors of constants: s, 1, rad
-constexpr double kWhiteShare = 0.5;     // of a stated noise that is split into white noise and a drifting bias
-constexpr double kLeastVariance = 0.5;  // of the stated noise, that noise and bias must keep together
-constexpr double kFactor = 2;           // of refinements
-constexpr double kCheckedShare = 0.25;  // of the measurements of the slower of two sensors, with one of the other then
-constexpr double kCheckedReach = 0.25;  // largest distance of these times, relative to the smaller step of the sensors
-constexpr std::size_t kFewest = 8;      // measurements of a sensor that can tell its errors
+constexpr double kTimes[] = {10, 40};  // correlation times [s], tried in addition to that of the residuals
+constexpr double kDelay = 0.5, kScale = 0.05, kMisalignment = 0.05;  // σ of the priors of constants [s, 1, rad]
+constexpr double kWhiteShare = 0.5;     // share of σ that stays white noise if noise is split
+constexpr double kLeastVariance = 0.5;  // smallest variance of noise and bias together, relative to the stated noise
+constexpr double kFactor = 2;           // ratio of the values that refinements try
+constexpr double kCheckedShare = 0.25;  // share of a sensor's measurements at which another sensor measures, too
+constexpr double kCheckedReach = 0.25;  // largest time between these measurements, relative to the sensors' steps
+constexpr std::size_t kFewest = 8;      // smallest number of measurements for changes of a sensor
 
 std::vector<double> scaled(std::vector<double> values, double factor) {
   for (double& v : values) v *= factor;
@@ -45,8 +45,8 @@ std::vector<double> times_of(const TargetSensor& sensor) {
   return times;
 }
 
-/// Returns whether another sensor of the target measures at the times of this one. Otherwise the motion of the target
-/// explains all slow errors, and predictions of a sensor from itself cannot tell them.
+/// Returns whether another sensor of the target measures at the times of this one. Slow errors of a single sensor are
+/// not observable: the motion of the target explains them, and the sensor predicts its own errors.
 bool is_checked(const TargetSensor& sensor, const std::vector<TargetSensor>& sensors) {
   const std::vector<double> own = times_of(sensor);
   return std::any_of(sensors.begin(), sensors.end(), [&](const TargetSensor& other) {
@@ -61,7 +61,8 @@ bool is_checked(const TargetSensor& sensor, const std::vector<TargetSensor>& sen
   });
 }
 
-/// Returns whether predictions can tell less motion noise: it trades against the noise of a sensor that is alone.
+/// Returns whether predictions can show that the motion noise is smaller. With a single sensor they cannot, since its
+/// noise explains the same residuals.
 bool motion_is_checked(const std::vector<TargetSensor>& sensors) {
   return std::any_of(sensors.begin(), sensors.end(), [&](const TargetSensor& s) { return is_checked(s, sensors); });
 }
@@ -124,7 +125,7 @@ class Proposals {
       if (model != options_.model && (!poses || !is_point_model(model)))
         add({{"model", std::string(name(model))}}, "another motion model", 1);
     if (options_.mode == Mode::A && supports_points(options_.model))
-      add({{"mode", "B"}}, "points where nothing measures the orientation", 1);
+      add({{"mode", "B"}}, "points at keyframes without a measured pose", 1);
     if (uses_triples(options_.model) && motion_is_checked(scenario_.data.sensors))
       add({{"horizons", "1,2,4"}}, "slower motion noise", 1);
     add({{"non-holonomic", "soft"}}, "a target that moves forwards", 1);
@@ -134,7 +135,7 @@ class Proposals {
 
   bool is_checked(const CalibratedEntry& entry) const {
     const TargetSensor* const target = target_sensor(entry.name);
-    // The chaser's own sensors check each other.
+    // The other sensors of the chaser measure the same motion.
     return !target || tandem::is_checked(*target, scenario_.data.sensors);
   }
 
@@ -145,7 +146,7 @@ class Proposals {
     if (is_checked(entry)) systematic_errors(entry, r);
   }
 
-  /// A systematic error that stays the same.
+  /// A constant systematic error.
   struct Constant {
     std::string name, why;
     double sigma, parameters;
@@ -179,14 +180,14 @@ class Proposals {
     for (const double time : times(r))
       add({{"noise " + entry.name, numbers(entry.sigmas, kWhiteShare)},
            {"error " + entry.name, drifting(scaled(entry.sigmas, std::sqrt(1 - kWhiteShare * kWhiteShare)), time)}},
-          fmt::format("a part of the noise that drifts; residuals have a spread of {:.2g}", r.spread), 3);
+          fmt::format("part of the noise is a drifting bias; residuals have a spread of {:.2g}", r.spread), 3);
   }
 
   void losses(const CalibratedEntry& entry, const SensorResiduals& r) {
     const std::string why = r.down_weighted > 0
                                 ? fmt::format("heavy tails; {:.1f} % are down-weighted", 100 * r.down_weighted)
                                 : fmt::format("heavy tails; the spread is {:.2g}", r.spread);
-    if (entry.kind == name(SensorType::pose)) {  // --robust handles turned poses, which a loss alone does not
+    if (entry.kind == name(SensorType::pose)) {  // turned poses need --robust; a loss alone does not reject them
       add({{"loss " + entry.name + ".orientation", "cauchy:2"}}, "turned orientations", 1);
       return;
     }
@@ -205,7 +206,8 @@ class Proposals {
     }
   }
 
-  /// Systematic errors of different sensors of the chaser explain each other, so that each alone may gain nothing.
+  /// Adds the systematic errors of all sensors of the chaser as one change. One of them alone may gain nothing, since
+  /// the errors of other sensors have the same effect.
   void errors_of_own_sensors() {
     for (const double time : {0.0, kTimes[1]}) {
       ModelSettings settings;
@@ -219,7 +221,8 @@ class Proposals {
           parameters += c.parameters;
         }
       }
-      if (settings.size() > 1) add(settings, "systematic errors of all own sensors", parameters + double(time > 0));
+      if (settings.size() > 1)
+        add(settings, "systematic errors of all sensors of the chaser", parameters + double(time > 0));
     }
   }
 
@@ -288,10 +291,10 @@ class Refinements {
     const auto [sigmas, time] = numbers_of(value);
     for (const double factor : {kFactor, 1 / kFactor}) {
       if (!(time > 0)) {
-        add(setting, numbers(sigmas, factor), "another size of the error");
+        add(setting, numbers(sigmas, factor), "another standard deviation of the constant");
         continue;
       }
-      add(setting, drifting(scaled(sigmas, factor), time), "another size of the bias");
+      add(setting, drifting(scaled(sigmas, factor), time), "another standard deviation of the bias");
       if (time * factor <= length_)  // a slower drift is a constant
         add(setting, drifting(sigmas, time * factor), "another correlation time");
     }
@@ -321,8 +324,8 @@ class Refinements {
   const ModelSettings& settings_;
   TrackingNoise noise_;  // in the axes of the files
   std::vector<CalibratedEntry> entries_;
-  bool less_motion_;  // smaller motion noise may be tried
-  double length_;     // of the recording [s]
+  bool less_motion_;  // whether smaller motion noise is tried
+  double length_;     // length of the recording [s]
   std::vector<ModelChange> changes_;
 };
 

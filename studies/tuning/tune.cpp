@@ -172,7 +172,7 @@ class Tuner {
     for (const auto& [option, names] : {std::pair{"--only", &options_.only}, {"--fixed", &options_.fixed}})
       for (const std::string& name : *names)
         if (!known.contains(name))
-          throw Error(fmt::format("{} {}: there is nothing of this name to change{}", option, quote(name),
+          throw Error(fmt::format("{} {}: no option or sensor of this name can change{}", option, quote(name),
                                   did_you_mean(name, {known.begin(), known.end()})));
     for (const std::string& name : options_.only)
       if (std::find(options_.fixed.begin(), options_.fixed.end(), name) != options_.fixed.end())

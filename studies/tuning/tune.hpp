@@ -33,8 +33,7 @@ struct TuneOptions {
 /// Result of tune().
 struct Tuning {
   std::vector<std::string> scenarios;
-  double block_length = 0;              ///< of the held-out measurements [s]
-  double ahead = 0;                     ///< of predictions from earlier measurements only [s]; 0: none
+  double block_length = 0;              ///< length of the held-out blocks of time [s]
   std::vector<ModelChange> candidates;  ///< proposed for the start
   ModelSelection selection;             ///< empty in a dry run
   ModelSettings start;

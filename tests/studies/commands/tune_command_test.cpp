@@ -56,7 +56,7 @@ TEST_F(TuneCommand, ListsCandidatesWithoutScoringThem) {
 
 TEST_F(TuneCommand, RefusesWhatItCannotTune) {
   EXPECT_THAT(run_tandem({"tune", run(), "--only", "lasers"}).errors,
-              HasSubstr("--only 'lasers': there is nothing of this name to change"));
+              HasSubstr("--only 'lasers': no option or sensor of this name can change"));
   EXPECT_THAT(run_tandem({"tune", run(), "--only", "loss", "--fixed", "loss"}).errors,
               HasSubstr("'loss' is in --only and in --fixed; remove one of them"));
   EXPECT_THAT(run_tandem({"tune", run(), "--max-keyframes", "3"}).errors, HasSubstr("is too short to hold out blocks"));
