@@ -47,6 +47,7 @@ struct WhiteNoiseAcceleration {
 
   /// Returns the covariance [dt³/3 Q, dt²/2 Q; dt²/2 Q, dt Q]. Q is the diagonal matrix of the noise's power spectral
   /// densities on the axes of the twist [m²/s³, rad²/s³]. Throws Error if dt or a density is not positive and finite.
+  /// Example:
   ///   Gaussian::covariance(WhiteNoiseAcceleration<SE3>::covariance(densities, dt))
   static Matrix<dim, dim> covariance(const Vector<G::dof>& densities, double dt) {
     constexpr int n = G::dof;

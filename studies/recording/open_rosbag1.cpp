@@ -55,8 +55,8 @@ class RecordHeader {
   std::map<std::string_view, std::string_view> fields_;
 };
 
-/// A ROS 1 bag of version 2.0 (https://wiki.ros.org/Bags/Format/2.0). Its index gives topics and counts; without one,
-/// as in an interrupted recording, the chunks do.
+/// A ROS 1 bag of version 2.0 (https://wiki.ros.org/Bags/Format/2.0). Its index gives topics and counts. If there is no
+/// index, as in an interrupted recording, the chunks give them.
 class Rosbag1Recording : public MessageRecording {
  public:
   explicit Rosbag1Recording(const std::filesystem::path& file) : bytes_(file) {
