@@ -7,7 +7,7 @@ command -v python3 >/dev/null || { echo "skipped: no python3" && exit 77; }
 
 rm -rf "$work"
 mkdir -p "$work/scripts" "$work/docs" "$work/build/bin"
-cp "$source/scripts/benchmarks" "$source/scripts/benchmark_tables.py" "$work/scripts"
+cp "$source/scripts/benchmarks" "$source/scripts"/benchmark_*.py "$work/scripts"
 cp "$source/docs/benchmarks.md" "$work/docs"
 cp "$source/docs/benchmarks.md" "$work/before.md"
 cd "$work"
