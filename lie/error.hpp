@@ -8,14 +8,14 @@
 namespace tandem {
 
 /// Base of all exceptions of Tandem. The message is one sentence that names the thing, the problem and the remedy. The
-/// derived types name the cause:
+/// derived types are:
 ///
-///   BadInputError             the caller: an argument, an option or data are invalid
-///   StaleHandleError          the caller: a handle, an ID or an evaluator does not belong to the problem (any more)
-///   NumericalError            the values of the variables, for which there is no result
-///     UndefinedResidualError  a residual or its derivative has no value
-///     NotObservableError      the information is singular
-///   Stopped                   the caller ended a computation (problem/stop.hpp)
+///   BadInputError: An argument, an option or data are invalid.
+///   StaleHandleError: A handle, an ID or an evaluator does not belong, or no longer belongs, to the problem.
+///   NumericalError: There is no result at the values of the variables.
+///     UndefinedResidualError: A residual or its derivative has no value.
+///     NotObservableError: The information is singular.
+///   Stopped: The caller ended a computation (problem/stop.hpp).
 ///
 /// Solvers report a NumericalError and a stop by Status and message instead.
 class Error : public std::runtime_error {

@@ -8,12 +8,14 @@ namespace tandem {
 
 /// Requirements on the state of a variable. Conventions for all groups (Solà et al. 2018, "A micro Lie theory"):
 ///
-///   - tangent vectors put translation first: δ = [ρ; θ] in m and rad;
-///   - perturbations are on the right, X ⊕ δ = X Exp(δ), and all Jacobians refer to them;
-///   - Jl(δ), Jr(δ) are the left and right Jacobians of Exp: Exp(δ + ε) ≈ Exp(Jl(δ) ε) Exp(δ) = Exp(δ) Exp(Jr(δ) ε);
-///   - Ad(X) v = vee(X hat(v) X⁻¹);
-///   - angle(v) is the rotation angle of a tangent [rad], 0 for groups without rotation;
-///   - act_jacobian(p) is ∂act(X ⊕ δ, p)/∂δ, act_point_jacobian() is ∂act(X, p)/∂p (the action is affine in p).
+/// Tangent vectors put translation first: δ = [ρ; θ] in m and rad. Perturbations are on the right, X ⊕ δ = X Exp(δ).
+/// All Jacobians refer to right perturbations.
+///
+///   Jl(δ), Jr(δ)          left and right Jacobian of Exp: Exp(δ + ε) ≈ Exp(Jl(δ) ε) Exp(δ) = Exp(δ) Exp(Jr(δ) ε)
+///   Ad(X)                 adjoint: Ad(X) v = vee(X hat(v) X⁻¹)
+///   angle(v)              rotation angle of a tangent [rad]; 0 for groups without rotation
+///   act_jacobian(p)       ∂act(X ⊕ δ, p)/∂δ
+///   act_point_jacobian()  ∂act(X, p)/∂p; does not depend on p, because the action is affine
 ///
 /// Member constants: `dof` (tangent dimension), `matrix_size` (rows of matrix() and hat()), `point_dim` (dimension of
 /// the points that act() takes). Member types: `Scalar`, `Tangent`, `Jacobian` (dof × dof), `AlgebraMatrix`. The
