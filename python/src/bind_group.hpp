@@ -140,7 +140,7 @@ void register_group(const std::string& name) {
   groups().push_back(&group);
 }
 
-/// Binds the operations that all groups have. The docstrings of the class are in tandem/_core.pyi too.
+/// Binds the operations that all groups have. tandem/_core.pyi has their types.
 template <LieGroup G>
 py::class_<Elements<G>> bind_group(py::module_& m, const std::string& name, const char* doc) {
   using E = Elements<G>;

@@ -1,8 +1,8 @@
 """Joint estimation of a vehicle and the moving target it observes, with hard constraints on Lie groups.
 
-Whole runs: estimate, navigate, calibrate, models, tune, plan, rendezvous, run_study, Tracker. Their keyword arguments are the
-options of the command line. The library: groups (SO2, SE2, SO3, SE3, SE23, R1 … R12), Problem with residuals of the
-library and of your own, Marginals, FixedLag, Calibration, OnlineEstimator, Planner.
+Whole runs: estimate, navigate, calibrate, models, tune, plan, rendezvous, run_study, Tracker. Their keyword arguments
+are the options of the command line. The library: groups (SO2, SE2, SO3, SE3, SE23, R1 … R12), Problem with residuals
+of the library and of your own, Marginals, FixedLag, Calibration, OnlineEstimator, Planner.
 
 Units are SI and radians. Tangent vectors put translation first; perturbations are on the right. Quaternions are
 Hamilton; their order is named at each use. docs/python.md is the guide.

@@ -5,7 +5,8 @@ from typing import Any, Sequence
 
 import numpy as np
 
-_COLOURS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7")
+# Palette that suits all kinds of colour vision (Okabe & Ito 2008).
+COLOURS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7")
 
 
 def plan_view(trajectories: Sequence[Any], caption: str, width: int = 420, height: int = 280) -> str:
@@ -23,8 +24,8 @@ def plan_view(trajectories: Sequence[Any], caption: str, width: int = 420, heigh
         p = p[:: max(1, len(p) // 500)]
         xy = np.column_stack([margin + (p[:, 0] - low[0]) * scale, height - margin - (p[:, 1] - low[1]) * scale])
         path = " ".join(f"{x:.1f},{y:.1f}" for x, y in xy)
-        lines.append(f'<polyline points="{path}" fill="none" stroke="{_COLOURS[i % 4]}" stroke-width="1.5"/>')
-        lines.append(f'<circle cx="{xy[0, 0]:.1f}" cy="{xy[0, 1]:.1f}" r="3" fill="{_COLOURS[i % 4]}"/>')
+        lines.append(f'<polyline points="{path}" fill="none" stroke="{COLOURS[i % 4]}" stroke-width="1.5"/>')
+        lines.append(f'<circle cx="{xy[0, 0]:.1f}" cy="{xy[0, 1]:.1f}" r="3" fill="{COLOURS[i % 4]}"/>')
     return (f'<svg xmlns="http://www.w3.org/2000/svg" width="{width}" height="{height}">' + "".join(lines) +
             f"</svg><p>{html.escape(caption)}</p>")
 
@@ -50,5 +51,5 @@ def problem(p: Any) -> str:
     squares = "".join(f'<rect x="{a * side:.1f}" y="{b * side:.1f}" width="{side:.1f}" height="{side:.1f}"/>'
                       for a, b in sorted(marked))
     return (table(rows) +
-            f'<svg xmlns="http://www.w3.org/2000/svg" width="{size}" height="{size}" fill="{_COLOURS[0]}">'
+            f'<svg xmlns="http://www.w3.org/2000/svg" width="{size}" height="{size}" fill="{COLOURS[0]}">'
             f'<rect width="{size}" height="{size}" fill="none" stroke="#777777"/>{squares}</svg>')

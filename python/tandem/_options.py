@@ -5,12 +5,12 @@ from typing import Any, Dict, List, Mapping, Sequence, Union
 
 import numpy as np
 
+from ._paths import PathLike
 from .errors import BadInputError
 from .results import Results
 
-PathLike = Union[str, "os.PathLike[str]"]
 # A value of an option: a text, a number, a sequence of numbers, or a dictionary of them for NAME=value options.
-OptionValue = Union[None, str, float, "os.PathLike[str]", Sequence[Any], Mapping[str, Any], np.ndarray]
+OptionValue = Union[None, PathLike, float, Sequence[Any], Mapping[str, Any], np.ndarray]
 
 _declared: Dict[str, Dict[str, Sequence[Any]]] = {}
 
@@ -21,6 +21,7 @@ def declare(commands: Dict[str, Dict[str, Sequence[Any]]]) -> None:
 
 
 def has_option(command: str, option: str) -> bool:
+    """Returns whether a command has an option; its name has hyphens."""
     return option in _declared[command]
 
 

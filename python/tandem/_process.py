@@ -10,19 +10,19 @@ import pathlib
 import signal
 import subprocess
 import sys
-import tempfile
 import threading
 import warnings
 from typing import IO, Any, Dict, List, Mapping, Optional, Sequence, Tuple, Union
 
 from . import _build
-from ._options import PathLike, has_option, words
+from ._options import has_option, words
+from ._paths import PathLike, TemporaryFolder
 from .errors import BadInputError, Error, IncompleteWarning, MisfitError
 from .results import Results
-from .scenario import Scenario, TemporaryFolder
+from .scenario import Scenario, ScenarioFolder
 
-ScenarioLike = Union[str, "os.PathLike[str]", Scenario]
-ResultLike = Union[str, "os.PathLike[str]", Scenario, Results]
+ScenarioLike = Union[PathLike, Scenario]
+ResultLike = Union[PathLike, Scenario, Results]
 
 _SUCCESS, _INVALID, _INCOMPLETE, _MISFIT = 0, 1, 2, 3
 
@@ -39,22 +39,14 @@ def program(command: str) -> str:
     return os.path.realpath(path)
 
 
-class _Folder:
-    """Temporary folder that exists as long as this object."""
-
-    def __init__(self) -> None:
-        self._folder = tempfile.TemporaryDirectory(prefix="tandem-")
-        self.path = pathlib.Path(self._folder.name)
-
-
-def _message(text: str) -> str:
-    """Returns the last message of a program without its prefix."""
-    lines = [line for line in text.strip().splitlines() if line]
+def last_message(errors: str) -> str:
+    """Returns the last line of a program's standard error, without the prefix "tandem: "."""
+    lines = [line for line in errors.strip().splitlines() if line]
     last = lines[-1] if lines else "no message"
     return last[len("tandem: "):] if last.startswith("tandem: ") else last
 
 
-class _Bar:
+class _Progress:
     """Progress of a run: a tqdm bar if tqdm is installed, else lines on standard error."""
 
     def __init__(self, command: str) -> None:
@@ -76,7 +68,8 @@ class _Bar:
             self._bar.close()
 
 
-def _read_stderr(stream: IO[bytes], lines: List[str], bar: Optional[_Bar]) -> None:
+def _read_stderr(stream: IO[bytes], lines: List[str], progress: Optional[_Progress]) -> None:
+    """Appends the lines of standard error to `lines`, and shows them as they arrive."""
     partial = b""
     while chunk := os.read(stream.fileno(), 4096):
         *complete, partial = (partial + chunk).replace(b"\r", b"\n").split(b"\n")
@@ -85,8 +78,8 @@ def _read_stderr(stream: IO[bytes], lines: List[str], bar: Optional[_Bar]) -> No
             if not text:
                 continue
             lines.append(text)
-            if bar is not None:
-                bar.show(text)
+            if progress is not None:
+                progress.show(text)
     if partial.strip():
         lines.append(partial.decode("utf-8", "replace").strip())
 
@@ -97,13 +90,13 @@ def execute(command: str, arguments: Sequence[str], progress: bool = False) -> T
     An interrupt (Ctrl-C, or the stop button of a notebook) is passed to the program, which then ends with its best
     result.
     """
-    bar = _Bar(command) if progress else None
+    shown = _Progress(command) if progress else None
     process = subprocess.Popen(
         [program(command), *arguments], stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
         start_new_session=True)
     assert process.stdout is not None and process.stderr is not None
     lines: List[str] = []
-    reader = threading.Thread(target=_read_stderr, args=(process.stderr, lines, bar), daemon=True)
+    reader = threading.Thread(target=_read_stderr, args=(process.stderr, lines, shown), daemon=True)
     reader.start()
     interrupts = 0
     output: List[bytes] = []
@@ -126,22 +119,22 @@ def execute(command: str, arguments: Sequence[str], progress: bool = False) -> T
             raise
     process.stdout.close()
     process.stderr.close()
-    if bar is not None:
-        bar.close()
+    if shown is not None:
+        shown.close()
     return process.returncode, b"".join(output).decode("utf-8", "replace"), "\n".join(lines)
 
 
 def positional_words(values: Sequence[Any]) -> Tuple[List[str], List[Any]]:
-    """Returns the words of positional arguments, and objects that must live during the run."""
+    """Returns the words of positional arguments, and the inputs that must exist during the run."""
     result: List[str] = []
-    keep: List[Any] = []
+    inputs: List[Any] = []
     for value in values:
         if isinstance(value, Scenario):
             folder = value.folder()
-            keep.append(folder)
+            inputs.append(folder)
             result.append(os.fspath(folder))
         elif isinstance(value, Results):
-            keep.append(value)
+            inputs.append(value)
             result.append(os.fspath(value.folder()))
         elif isinstance(value, (str, os.PathLike)):
             if not os.fspath(value):
@@ -151,51 +144,55 @@ def positional_words(values: Sequence[Any]) -> Tuple[List[str], List[Any]]:
             result.append(str(value))
         else:
             raise BadInputError(f"expected a path, a Scenario or a result, not {type(value).__name__}")
-    return result, keep
+    return result, inputs
+
+
+def _summary_of(output: str) -> Dict[str, Any]:
+    """Returns the JSON document that a command printed; empty if it printed none."""
+    try:
+        return dict(json.loads(output)) if output.strip() else {}
+    except json.JSONDecodeError:
+        return {}
 
 
 def run(result_type: Any, command: str, positional: Sequence[Any], options: Mapping[str, Any], progress: bool) -> Any:
-    """Runs a command and returns its result."""
-    arguments, keep = positional_words(positional)
+    """Runs a command and returns its result. Without the option `out`, its files are in a temporary folder."""
+    arguments, inputs = positional_words(positional)
     chosen: Dict[str, Any] = dict(options)
     temporary = None
-    if has_option(command, "out") and chosen.get("out") is None and not (has_option(command, "list") and
-                                                                         chosen.get("list")):
-        temporary = _Folder()
+    if has_option(command, "out") and chosen.get("out") is None and not chosen.get("list"):
+        temporary = TemporaryFolder()
         chosen["out"] = temporary.path / "run"
     if command != "study" and "plots" in chosen and chosen["plots"] is None:
         chosen["plots"] = "off"
     if progress and has_option(command, "verbose"):
         chosen["verbose"] = True
     status, output, errors = execute(command, [*arguments, *words(command, chosen), "--json"], progress)
-    for folder_of_arrays in keep:
-        if isinstance(folder_of_arrays, TemporaryFolder):
+    for folder_of_arrays in inputs:
+        if isinstance(folder_of_arrays, ScenarioFolder):
             errors = folder_of_arrays.in_arguments(errors)
+    message = last_message(errors)
     if status == _INVALID:
-        raise BadInputError(_message(errors))
+        raise BadInputError(message)
     if status not in (_SUCCESS, _INCOMPLETE, _MISFIT):
         how = f"was ended by signal {-status}" if status < 0 else f"ended with status {status}"
-        raise Error(f"tandem {command} {how}: {_message(errors)}")
-    try:
-        summary = json.loads(output) if output.strip() else {}
-    except json.JSONDecodeError:
-        summary = {}
+        raise Error(f"tandem {command} {how}: {message}")
+    summary = _summary_of(output)
     folder = pathlib.Path(chosen["out"]) if chosen.get("out") is not None else None
     if status == _INCOMPLETE and not summary and (folder is None or not folder.exists()):
-        raise Error(_message(errors))
+        raise Error(message)
     result = result_type._of_run(command, summary, folder, temporary)
     for text in summary.get("warnings", ()):
         warnings.warn(f"{command}: {text}", UserWarning, stacklevel=3)
-    if status == _INCOMPLETE or (status == _SUCCESS and summary.get("status", "converged") != "converged"):
+    if status == _INCOMPLETE:
+        result.incomplete = message
+    elif status == _SUCCESS and summary.get("status", "converged") != "converged":
         # A plan that is stopped early meets its constraints, but is not optimal.
-        result.incomplete = _message(errors) if status == _INCOMPLETE else str(summary["message"])
-        warnings.warn(result.incomplete, IncompleteWarning, stacklevel=3)
+        result.incomplete = str(summary["message"])
     elif status == _MISFIT:
-        error = MisfitError(_message(errors))
+        error = MisfitError(message)
         error.result = result
         raise error
+    if result.incomplete:
+        warnings.warn(result.incomplete, IncompleteWarning, stacklevel=3)
     return result
-
-
-def path_of(value: PathLike) -> pathlib.Path:
-    return pathlib.Path(os.fspath(value))

@@ -7,6 +7,7 @@ from typing import Any, List, Optional
 from ._core import OnlineEstimator as _OnlineEstimator
 from ._core import VehicleModel
 from ._options import words
+from ._paths import PathLike
 from ._process import ScenarioLike, positional_words
 from .errors import BadInputError
 from .scenario import scenario_folder, share
@@ -114,7 +115,7 @@ class Vehicle(_Ready, VehicleModel):
     True
     """
 
-    def __init__(self, name_or_file: "str | os.PathLike[str]") -> None:
+    def __init__(self, name_or_file: PathLike) -> None:
         path = pathlib.Path(name_or_file)
         folder = share("vehicles")
         if not path.exists():

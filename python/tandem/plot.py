@@ -7,14 +7,18 @@ from typing import Any, Dict, Optional, Sequence
 
 import numpy as np
 
+from ._html import COLOURS
+from ._paths import PathLike
 from .errors import BadInputError
 from .results import FitReport, Plan, Results
 from .trajectory import Trajectory
 
-_BLUE, _ORANGE, _GREEN, _GREY = "#0072b2", "#d55e00", "#009e73", "#777777"
+_BLUE, _ORANGE, _GREEN = COLOURS[:3]
+_GREY = "#777777"
 
 
 def _axes(ax: Any, rows: int = 1, height: float = 2.4) -> Any:
+    """Returns `ax`, or the axes of a new figure with these rows and this height [in]; an array of axes if rows > 1."""
     if ax is not None:
         return ax
     try:
@@ -28,19 +32,30 @@ def _axes(ax: Any, rows: int = 1, height: float = 2.4) -> Any:
     return axes[0, 0] if rows == 1 else axes[:, 0]
 
 
+def _as_plan_view(ax: Any) -> Any:
+    """Labels axes that show x and y with equal scales."""
+    ax.set_xlabel("x [m]", fontsize=8)
+    ax.set_ylabel("y [m]", fontsize=8)
+    ax.set_aspect("equal", adjustable="datalim")
+    ax.legend(fontsize=7, frameon=False)
+    return ax
+
+
 def _described(thing: Any) -> str:
+    """Returns what an argument is, for messages."""
     return f"the result of {thing.command}" if isinstance(thing, Results) else f"a {type(thing).__name__}"
 
 
-def _attribute(result: Any, name: str) -> Any:
-    """Returns a part of a result, or None if the result has no such part."""
+def _part(result: Any, name: str) -> Any:
+    """Returns a part of a result, for example "chaser", or None if the result has no such part."""
     try:
         return getattr(result, name, None)
     except BadInputError:
         return None
 
 
-def _of_rendezvous(result: Results) -> Dict[str, Trajectory]:
+def _rendezvous_trajectories(result: Results) -> Dict[str, Trajectory]:
+    """Returns the true positions of chaser and target in a simulated rendezvous."""
     table = result.table("rendezvous")
     unknown = np.full((len(table["t"]), 4), np.nan)
     return {name: Trajectory(table["t"], np.column_stack([table[f"{name}_{k}_m"] for k in "xyz"]), unknown, name=name)
@@ -53,28 +68,24 @@ def trajectories(result: Any, ax: Any = None) -> Any:
     if isinstance(result, Trajectory):
         known = {result.name: result}
     elif isinstance(result, Results) and "rendezvous.csv" in result.files:
-        known = _of_rendezvous(result)
+        known = _rendezvous_trajectories(result)
     else:
-        known = {name: _attribute(result, name) for name in ("chaser", "target")}
+        known = {name: _part(result, name) for name in ("chaser", "target")}
         known = {name: trajectory for name, trajectory in known.items() if trajectory is not None}
     if not known:
         raise BadInputError(f"plot.trajectories: {_described(result)} has no trajectories")
     ax = _axes(ax)
     for (name, trajectory), colour in zip(known.items(), (_BLUE, _ORANGE)):
         ax.plot(*trajectory.positions[:, :2].T, color=colour, label=name)
-        truth = _attribute(result, name + "_truth")
+        truth = _part(result, name + "_truth")
         if truth is not None:
             ax.plot(*truth.positions[:, :2].T, color=colour, linestyle="--", linewidth=0.8, label=f"{name}, truth")
-    ax.set_xlabel("x [m]", fontsize=8)
-    ax.set_ylabel("y [m]", fontsize=8)
-    ax.set_aspect("equal", adjustable="datalim")
-    ax.legend(fontsize=7, frameon=False)
-    return ax
+    return _as_plan_view(ax)
 
 
 def errors(result: Any, columns: Sequence[str] = ("x_m", "y_m", "rz_deg"), ax: Any = None) -> Any:
     """Draws errors over time in their 3σ bands. There is no band where nothing is estimated. Needs truth."""
-    table: Optional[Dict[str, np.ndarray]] = _attribute(result, "errors")
+    table: Optional[Dict[str, np.ndarray]] = _part(result, "errors")
     if not table:
         raise BadInputError(f"plot.errors: {_described(result)} has no errors, which need an estimate with truth")
     for column in columns:
@@ -101,7 +112,7 @@ def errors(result: Any, columns: Sequence[str] = ("x_m", "y_m", "rz_deg"), ax: A
 def residuals(fit: Any, ax: Any = None) -> Any:
     """Draws mean and standard deviation of the standardised residuals of each component; 0 and 1 are expected. `fit` is
     a result or its fit report."""
-    report = fit if isinstance(fit, FitReport) else _attribute(fit, "fit")
+    report = fit if isinstance(fit, FitReport) else _part(fit, "fit")
     if report is None:
         raise BadInputError(f"plot.residuals: {_described(fit)} has no fit report; give an estimate")
     ax = _axes(ax)
@@ -124,7 +135,7 @@ def residuals(fit: Any, ax: Any = None) -> Any:
 
 def consistency(result: Any, ax: Any = None) -> Any:
     """Draws the normalised estimation error squared (NEES) of the target's position, with its 95 % range."""
-    target, truth = _attribute(result, "target"), _attribute(result, "target_truth")
+    target, truth = _part(result, "target"), _part(result, "target_truth")
     if target is None or truth is None or target.covariances is None:
         raise BadInputError(f"plot.consistency: {_described(result)} has no truth or no covariances; give an estimate "
                             "with truth")
@@ -186,14 +197,10 @@ def plan(result: Any, ax: Any = None) -> Any:
     ax.plot(*result.chaser.positions[:, :2].T, color=_BLUE, label="planned chaser")
     ax.plot(*result.target.positions[:, :2].T, color=_ORANGE, label="predicted target")
     ax.plot(*result.chaser.positions[0, :2], "o", color=_BLUE, markersize=4)
-    ax.set_xlabel("x [m]", fontsize=8)
-    ax.set_ylabel("y [m]", fontsize=8)
-    ax.set_aspect("equal", adjustable="datalim")
-    ax.legend(fontsize=7, frameon=False)
-    return ax
+    return _as_plan_view(ax)
 
 
-def save(ax: Any, path: Any, dpi: Optional[int] = 300) -> None:
+def save(ax: Any, path: PathLike, dpi: int = 300) -> None:
     """Writes the figure of `ax` to a file, tightly cropped."""
     first = np.atleast_1d(ax)[0]
     first.figure.savefig(path, dpi=dpi, bbox_inches="tight")

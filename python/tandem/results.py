@@ -1,14 +1,15 @@
 """Results of runs."""
 
 import json
-import os
 import pathlib
 import shutil
-from typing import Any, Dict, Iterator, List, Mapping, Optional, Union
+from typing import Any, Dict, Iterator, List, Mapping, Optional, Tuple
 
 import numpy as np
 
 from . import _html
+from ._core import SO3, parse_yaml
+from ._paths import PathLike, TemporaryFolder
 from ._table import read_table
 from .errors import BadInputError
 from .trajectory import ENTRIES, Trajectory
@@ -95,19 +96,19 @@ class Results:
         incomplete: why the run is incomplete, one sentence; empty if it is complete.
     """
 
-    def __init__(self, command: str, summary: Dict[str, Any], folder: Optional[pathlib.Path]) -> None:
+    def __init__(self, command: str, summary: Dict[str, Any], folder: Optional[pathlib.Path],
+                 temporary: Optional[TemporaryFolder] = None) -> None:
         self.command = command
         self.summary = Summary(summary)
         self.incomplete = ""
         self._folder = folder
-        self._temporary: Any = None
-        self._tables: Dict[str, Any] = {}
+        self._temporary = temporary  # keeps the folder while the result exists
+        self._tables: Dict[str, Dict[str, np.ndarray]] = {}
 
     @classmethod
-    def _of_run(cls, command: str, summary: Dict[str, Any], folder: Optional[pathlib.Path], temporary: Any) -> Any:
-        result = cls(command, summary, folder)
-        result._temporary = temporary
-        return result
+    def _of_run(cls, command: str, summary: Dict[str, Any], folder: Optional[pathlib.Path],
+                temporary: Optional[TemporaryFolder]) -> Any:
+        return cls(command, summary, folder, temporary)
 
     def folder(self) -> pathlib.Path:
         """Returns the folder of the run's files, which is temporary unless the run had an `out`."""
@@ -120,7 +121,6 @@ class Results:
         """Calibrated standard deviations by name, as in Scenario.noise. Only of calibrate()."""
         if "noise.yaml" not in self.files:
             raise BadInputError(f"a run of {self.command} does not calibrate noise; use tandem.calibrate()")
-        from ._core import parse_yaml
         text = (self.folder() / "noise.yaml").read_text(encoding="utf-8")
         return dict(parse_yaml(text, "noise.yaml")["noise"])
 
@@ -131,15 +131,15 @@ class Results:
 
     def table(self, name: str) -> Dict[str, np.ndarray]:
         """Returns the columns of a CSV file by name; `name` is with or without ".csv"."""
-        if name not in self._tables:
-            file = name if name.endswith(".csv") else name + ".csv"
+        file = name if name.endswith(".csv") else name + ".csv"
+        if file not in self._tables:
             if self._folder is None or file not in self.files:
                 known = ", ".join(f for f in self.files if f.endswith(".csv"))
                 raise BadInputError(f"the run has no table {file}; it has {known or 'none'}")
-            self._tables[name] = read_table(self._folder / file)
-        return dict(self._tables[name])
+            self._tables[file] = read_table(self._folder / file)
+        return dict(self._tables[file])
 
-    def save(self, folder: "Union[str, os.PathLike[str]]") -> None:
+    def save(self, folder: PathLike) -> None:
         """Copies the files of the run to a folder, which read_results() reads. The folder must be new or empty."""
         to = pathlib.Path(folder)
         if to.exists() and any(to.iterdir()):
@@ -166,26 +166,25 @@ class Results:
                 "files": files}
 
     def __setstate__(self, state: Dict[str, Any]) -> None:
-        from ._process import _Folder
-        temporary = _Folder()
+        temporary = TemporaryFolder()
         for name, content in state["files"].items():
             (temporary.path / name).write_bytes(content)
-        self.__init__(state["command"], state["summary"], temporary.path)  # type: ignore[misc]
+        self.__init__(state["command"], state["summary"], temporary.path, temporary)  # type: ignore[misc]
         self.incomplete = state["incomplete"]
-        self._temporary = temporary
 
 
 class _Trajectories(Results):
+    """Result with trajectories in files, each of which is read once."""
+
+    def __init__(self, *args: Any) -> None:
+        super().__init__(*args)
+        self._trajectories: Dict[str, Optional[Trajectory]] = {}
+
     def _trajectory(self, name: str) -> Optional[Trajectory]:
-        key = "trajectory " + name
-        if key not in self._tables:
-            found = None
-            for file in (f"{name}_full.csv", f"{name}.tum"):
-                if self._folder is not None and (self._folder / file).exists():
-                    found = Trajectory.read(self._folder / file, name)
-                    break
-            self._tables[key] = found
-        return self._tables[key]  # type: ignore[no-any-return]
+        if name not in self._trajectories:
+            file = next((f for f in (f"{name}_full.csv", f"{name}.tum") if f in self.files), None)
+            self._trajectories[name] = Trajectory.read(self.folder() / file, name) if file else None
+        return self._trajectories[name]
 
     def _required(self, name: str) -> Trajectory:
         trajectory = self._trajectory(name)
@@ -212,6 +211,12 @@ class _Trajectories(Results):
     def fit(self) -> Optional[FitReport]:
         """Fit report, or None if the run has none."""
         return FitReport(self.summary["fit"]) if "fit" in self.summary else None
+
+
+def _indices_of(times: np.ndarray, known: np.ndarray) -> Tuple[np.ndarray, np.ndarray]:
+    """Returns the index of each time in the increasing times `known`, and whether it is there within 1 ns."""
+    index = np.clip(np.searchsorted(known, times - 1e-9), 0, len(known) - 1)
+    return index, np.isclose(known[index], times, rtol=0, atol=1e-9)
 
 
 class Navigation(_Trajectories):
@@ -242,30 +247,24 @@ class Estimate(_Trajectories):
         None if the run has none.
         """
         chaser, target = self.chaser.at(self.target.t), self.target
-        known = target.has_orientation
-        positions = np.empty_like(target.positions)
-        quaternions = np.full_like(target.quaternions, np.nan)
         to_body = chaser.se3.inverse()
-        positions[:] = to_body.act(target.positions)
+        quaternions = np.full_like(target.quaternions, np.nan)
+        known = target.has_orientation
         if np.any(known):
             rotation = to_body.rotation.matrix()[known] @ target.poses[known, :3, :3]
-            from ._core import SO3
             quaternions[known] = SO3(rotation).quaternion(order="xyzw")
-        return Trajectory(target.t, positions, quaternions, covariances=self._relative_covariances(chaser, target),
-                          name="relative")
+        return Trajectory(target.t, to_body.act(target.positions), quaternions,
+                          covariances=self._relative_covariances(chaser, target), name="relative")
 
     def _relative_covariances(self, chaser: Trajectory, target: Trajectory) -> Optional[np.ndarray]:
         if "cross_covariance.csv" not in self.files or chaser.covariances is None or target.covariances is None:
             return None
         table = self.table("cross_covariance")
-        if not all(name in table for name in ENTRIES):  # of points
+        if not all(name in table for name in ENTRIES):  # the target is a point everywhere
             return None
         cross = np.stack([table[name] for name in ENTRIES], axis=1).reshape(-1, 6, 6)
-        # Only keyframes have a cross covariance.
-        row = np.clip(np.searchsorted(table["t"], target.t), 0, len(cross) - 1)
-        known = target.has_orientation & np.isclose(table["t"][row], target.t, rtol=0, atol=1e-9)
-        known &= np.isclose(self.chaser.t[np.clip(np.searchsorted(self.chaser.t, target.t - 1e-9), 0,
-                                                  len(self.chaser) - 1)], target.t, rtol=0, atol=1e-9)
+        row, has_cross = _indices_of(target.t, table["t"])  # only keyframes have a cross covariance
+        known = target.has_orientation & has_cross & _indices_of(target.t, self.chaser.t)[1]
         result = np.full((len(target), 6, 6), np.nan)
         if not np.any(known):
             return result
@@ -309,8 +308,8 @@ class Plan(Results):
         return _html.plan_view([self.chaser, self.target], repr(self))
 
 
-def read_results(folder: "Union[str, os.PathLike[str]]") -> Any:
-    """Returns the result of a run from its output folder: the same object as the run returned.
+def read_results(folder: PathLike) -> Any:
+    """Returns the result of a run from its output folder, as the function that ran the command did.
 
     >>> import tandem, tempfile, pathlib
     >>> folder = pathlib.Path(tempfile.mkdtemp()) / "run"
@@ -319,17 +318,18 @@ def read_results(folder: "Union[str, os.PathLike[str]]") -> Any:
     True
     """
     path = pathlib.Path(folder)
-    try:
-        summary = json.loads((path / "summary.json").read_text(encoding="utf-8")) if (
-            path / "summary.json").exists() else {}
-    except ValueError as error:
-        raise BadInputError(f"{path / 'summary.json'}: invalid JSON: {error}") from None
-    if not path.is_dir() or (not summary and not (path / "run.yaml").exists()):
+    summary_file, run_file = path / "summary.json", path / "run.yaml"
+    summary: Dict[str, Any] = {}
+    if summary_file.exists():
+        try:
+            summary = json.loads(summary_file.read_text(encoding="utf-8"))
+        except ValueError as error:
+            raise BadInputError(f"{summary_file}: invalid JSON: {error}") from None
+    if not summary and not run_file.exists():
         raise BadInputError(f"{path} is not the output folder of a run; it has neither summary.json nor run.yaml")
     command = str(summary.get("schema", "")).partition("/")[0].rpartition(".")[2]
-    if not command and (path / "run.yaml").exists():
-        from ._core import parse_yaml
-        command = str(parse_yaml((path / "run.yaml").read_text(encoding="utf-8"), str(path / "run.yaml"))["command"])
+    if not command and run_file.exists():
+        command = str(parse_yaml(run_file.read_text(encoding="utf-8"), str(run_file))["command"])
     kind = {"estimate": Estimate, "navigate": Navigation, "plan": Plan, "track": Estimate}.get(command, Results)
     result = kind(command, summary, path)
     if summary.get("status", "converged") != "converged":

@@ -7,13 +7,13 @@ import os
 import pathlib
 import re
 import shutil
-import tempfile
 from typing import Any, Callable, Dict, List, Mapping, NamedTuple, Optional, Sequence, Union
 
 import numpy as np
 
 from . import _build, _html
 from ._core import parse_yaml
+from ._paths import PathLike, TemporaryFolder
 from .errors import BadInputError
 from .results import Results
 from .trajectory import Trajectory
@@ -85,7 +85,7 @@ class Scenario:
     def _of_run(cls, command: str, summary: Dict[str, Any], folder: Optional[pathlib.Path],
                 temporary: Any) -> Any:
         if folder is None:  # import_log(list=True) describes the recording only
-            return Results._of_run(command, summary, None, None)
+            return Results(command, summary, None)
         scenario = read_scenario(folder)
         scenario._temporary = temporary
         return scenario
@@ -109,16 +109,16 @@ class Scenario:
         """Folder that the scenario was read from, or None."""
         return self._path
 
-    def folder(self) -> "Union[pathlib.Path, TemporaryFolder]":
+    def folder(self) -> "Union[pathlib.Path, ScenarioFolder]":
         """Returns the folder that the scenario was read from, or a temporary one with its present content, which lives
         as long as the returned object."""
         if self._path is not None and not self._changed_files():
             return self._path
-        folder = TemporaryFolder(self)
+        folder = ScenarioFolder(self)
         self.write(folder)
         return folder
 
-    def write(self, folder: "Union[str, os.PathLike[str]]") -> None:
+    def write(self, folder: PathLike) -> None:
         """Writes the scenario folder: scenario.yaml, TUM and CSV files. The folder must be new or empty."""
         to = pathlib.Path(folder)
         if to.exists() and any(to.iterdir()):
@@ -230,27 +230,27 @@ def _csv(columns: Sequence[str], rows: np.ndarray) -> str:
     return "\n".join([",".join(columns), *lines]) + "\n"
 
 
-class TemporaryFolder:
-    """Folder of a scenario that exists as long as this object."""
+class ScenarioFolder(TemporaryFolder):
+    """Temporary folder for the files of a scenario."""
 
     def __init__(self, scenario: Scenario) -> None:
+        super().__init__()
         self._scenario = scenario
-        self._folder = tempfile.TemporaryDirectory(prefix="tandem-scenario-")
         safe = "".join(c if c.isalnum() or c in "-_" else "_" for c in scenario.name) or "_"
-        self._path = os.path.join(self._folder.name, safe)
+        self.path = self.path / safe
 
     def __fspath__(self) -> str:
-        return self._path
+        return str(self.path)
 
     def in_arguments(self, text: str) -> str:
         """Returns a message with the names of arguments instead of those of files in this folder."""
         def argument(match: "re.Match[str]") -> str:
             return self._scenario._argument_of(match.group(1), int(match.group(2)) if match.group(2) else None)
-        text = re.sub(re.escape(self._path) + r"/([\w.-]+\.(?:yaml|tum|csv))(?::(\d+))?", argument, text)
+        text = re.sub(re.escape(str(self.path)) + r"/([\w.-]+\.(?:yaml|tum|csv))(?::(\d+))?", argument, text)
         text = re.sub(r"\b(\w+) \S+: (?=\1 (?:lacks|must))", r"\1: ", text)  # a mapping begins at its first key
         if ", row " in text:
             text = re.sub(r"\bline (\d+)", lambda m: f"row {int(m.group(1)) - 2}", text).replace("lines must", "rows must")
-        return text.replace(self._path, f"scenario {self._scenario.name}")
+        return text.replace(str(self.path), f"scenario {self._scenario.name}")
 
 
 def share(folder: str) -> pathlib.Path:
@@ -258,7 +258,7 @@ def share(folder: str) -> pathlib.Path:
     return pathlib.Path(_build.__file__).parent / _build.DATA_FROM_PACKAGE / folder
 
 
-def scenario_folder(path: "Union[str, os.PathLike[str]]") -> pathlib.Path:
+def scenario_folder(path: PathLike) -> pathlib.Path:
     """Returns the folder of a scenario, or of a built-in one by its name."""
     folder = pathlib.Path(path)
     if (folder / "scenario.yaml").exists():
@@ -269,7 +269,7 @@ def scenario_folder(path: "Union[str, os.PathLike[str]]") -> pathlib.Path:
     return builtin
 
 
-def read_settings(path: "Union[str, os.PathLike[str]]") -> Scenario:
+def read_settings(path: PathLike) -> Scenario:
     """Reads a scenario without its data."""
     folder = scenario_folder(path)
     document = parse_yaml((folder / "scenario.yaml").read_text(encoding="utf-8"), str(folder / "scenario.yaml"))
@@ -282,7 +282,7 @@ def read_settings(path: "Union[str, os.PathLike[str]]") -> Scenario:
     return scenario
 
 
-def read_scenario(path: "Union[str, os.PathLike[str]]") -> Scenario:
+def read_scenario(path: PathLike) -> Scenario:
     """Reads a scenario folder, or a built-in scenario by its name.
 
     >>> import tandem

@@ -8,8 +8,8 @@ from typing import Any, Dict, List, Optional, Tuple
 
 import numpy as np
 
-from ._options import words
-from ._process import ScenarioLike, _message, positional_words, program
+from ._options import has_option, words
+from ._process import ScenarioLike, last_message, positional_words, program
 from .errors import BadInputError, Error, IncompleteWarning
 from .results import Summary
 from .scenario import Scenario, read_settings
@@ -37,15 +37,14 @@ class Tracker:
     """
 
     def __init__(self, scenario: ScenarioLike, **options: Any) -> None:
-        arguments, self._keep = positional_words([scenario])
+        arguments, self._inputs = positional_words([scenario])
         self._scenario = scenario if isinstance(scenario, Scenario) else read_settings(scenario)
         #: Summary of the run, after finish().
         self.summary: Optional[Summary] = None
         chosen = {name.replace("_", "-"): value for name, value in options.items()}
         reserved = {"out", "json", "quiet", "json-lines", "stdin", "realtime", "config", "print-config"}
-        from ._options import _declared
         for name in chosen:
-            if name not in _declared["track"] or name in reserved:
+            if not has_option("track", name) or name in reserved:
                 raise BadInputError(f"Tracker: unknown option {name.replace('-', '_')}; see help(tandem.track)")
         self._process = subprocess.Popen(
             [program("track"), *arguments, *words("track", chosen), "--stdin", "--json-lines"], stdin=subprocess.PIPE,
@@ -87,7 +86,7 @@ class Tracker:
     def _fail(self) -> None:
         self._process.wait()
         self._readers[1].join()
-        raise Error("the tracker has ended: " + _message("\n".join(self._errors)))
+        raise Error("the tracker has ended: " + last_message("\n".join(self._errors)))
 
     def add(self, sensor: str, t: float, *values: float) -> None:
         """Adds one measurement: the name of a sensor, or "odometry", the time and the values of its CSV columns."""
@@ -138,9 +137,9 @@ class Tracker:
             if stream is not None:
                 stream.close()
         if self._process.returncode == 1:
-            raise BadInputError(_message("\n".join(self._errors)))
+            raise BadInputError(last_message("\n".join(self._errors)))
         if self._process.returncode != 0 and self._errors:
-            warnings.warn(_message("\n".join(self._errors)), IncompleteWarning, stacklevel=2)
+            warnings.warn(last_message("\n".join(self._errors)), IncompleteWarning, stacklevel=2)
         rejected = self.rejected
         if rejected:
             text = "; ".join(f"{lines} of {sensor} ({why})" for (sensor, why), lines in rejected.items())

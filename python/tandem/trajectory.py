@@ -1,12 +1,12 @@
 """Trajectories: poses over time, with covariances."""
 
-import os
 import pathlib
-from typing import Any, Dict, Optional, Union
+from typing import Any, Dict, Optional
 
 import numpy as np
 
 from ._core import SE3, SO3
+from ._paths import PathLike
 from ._table import read_table
 from .errors import BadInputError
 
@@ -51,7 +51,7 @@ class Trajectory:
         return cls(t, elements.translation, elements.quaternion(order="xyzw"), name=name)
 
     @classmethod
-    def read(cls, path: "Union[str, os.PathLike[str]]", name: str = "trajectory") -> "Trajectory":
+    def read(cls, path: PathLike, name: str = "trajectory") -> "Trajectory":
         """Reads a TUM file (t x y z qx qy qz qw), or one of the CSV files that Tandem writes.
 
         The file `chaser_full.csv` beside a TUM file `chaser.tum` has twists and covariances.
@@ -93,7 +93,7 @@ class Trajectory:
         if not np.all(self.has_orientation):
             missing = int(np.sum(~self.has_orientation))
             raise BadInputError(f"{self.name}: {missing} of {len(self)} states have no orientation; use "
-                                " positions, or select them by has_orientation")
+                                "positions, or select them by has_orientation")
         return SE3.from_quaternion(self.quaternions, self.positions, order="xyzw")
 
     @property
@@ -164,7 +164,7 @@ class Trajectory:
                 covariances[same] = self.covariances[side[same]]
         return Trajectory(t, positions, quaternions, twists, covariances, self.name)
 
-    def to_tum(self, path: "Union[None, str, os.PathLike[str]]" = None) -> str:
+    def to_tum(self, path: Optional[PathLike] = None) -> str:
         """Returns the text of a TUM file (t x y z qx qy qz qw), and writes it to `path` if given."""
         lines = ["# t[s] x[m] y[m] z[m] qx qy qz qw"]
         lines += [" ".join(repr(float(v)) for v in (t, *p, *q))
