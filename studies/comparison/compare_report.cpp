@@ -61,7 +61,7 @@ std::string reason(const ComparedSolve& s) {
 
 std::string title(const std::vector<ComparedSolve>& solves, bool first_keyframes) {
   const ComparedSolve& s = solves.front();
-  const std::string keyframes = fmt::format("{} {} keyframes", first_keyframes ? "first" : "all", s.keyframes);
+  const std::string keyframes = fmt::format("{}{} keyframes", first_keyframes ? "first " : "", s.keyframes);
   if (s.role == Role::off) return keyframes + ", no constraints";
   std::string text = fmt::format("{}, {} constraints", keyframes, constraints_name(s.role));
   if (s.role == Role::hard) return text;

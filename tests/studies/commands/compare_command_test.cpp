@@ -27,7 +27,7 @@ TEST(CompareCommand, ComparesSolversAndWritesFiles) {
   ASSERT_EQ(run.status, 0) << run.errors;
   EXPECT_EQ(run.errors, "");
   EXPECT_THAT(run.output, HasSubstr("Constraints: non-holonomic and surge ≥ 0 m/s."));
-  EXPECT_THAT(run.output, HasSubstr("all 60 keyframes, no constraints"));
+  EXPECT_THAT(run.output, HasSubstr("\n60 keyframes, no constraints"));
   EXPECT_THAT(run.output, HasSubstr("first 24 keyframes, hard constraints"));
   EXPECT_THAT(run.output, ContainsRegex("augmented-lagrangian +converged +13\\.7"));
   const std::string csv = read_file(out + "/compare.csv");
