@@ -3,17 +3,13 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <complex>
 #include <cstring>
 #include <map>
-#include <mutex>
-
-#include <pybind11/complex.h>
 
 #include <tandem/problem/stop.hpp>
 
-#include "complex_step.hpp"
 #include "interrupt.hpp"
+#include "python_call.hpp"
 #include "python_error.hpp"
 
 namespace tandem::python {
@@ -32,60 +28,7 @@ struct RunTimeType {
 
 const PythonResidual& cast(const void* residual) { return *static_cast<const PythonResidual*>(residual); }
 
-bool is_vector(const Group& group) { return group.name[0] == 'R'; }
-
-/// Returns the argument of a Python function: an array for vectors, otherwise group elements.
-py::object argument(const Group& group, const void* const* elements, std::size_t count, bool single) {
-  if (!is_vector(group)) return group.make(elements, count, single);
-  Numbers x = new_array(count, single, {group.dof});
-  for (std::size_t i = 0; i < count; ++i)
-    std::memcpy(x.mutable_data() + i * std::size_t(group.dof), elements[i], std::size_t(group.dof) * sizeof(double));
-  return std::move(x);
-}
-
-/// Returns the argument with tangent entry k increased by `step`, which is complex for a complex step.
-py::object perturbed(const py::object& x, const Group& group, int k, const py::object& step) {
-  Numbers unit(group.dof);
-  std::fill_n(unit.mutable_data(), group.dof, 0.0);
-  unit.mutable_data()[k] = 1.0;
-  const py::object by = unit.attr("__mul__")(step);
-  return is_vector(group) ? x.attr("__add__")(by) : x.attr("plus")(by);
-}
-
-std::shared_ptr<Callable> make_callable(py::object function, std::uintptr_t pointer, const std::string& name, int dim,
-                                        const std::string& jacobian, bool batched, const py::tuple& data,
-                                        std::size_t count, const Numbers& numbers, py::object owner) {
-  auto f = std::make_shared<Callable>();
-  f->function = std::move(function);
-  f->pointer = reinterpret_cast<Callable::Pointer>(pointer);
-  f->name = name;
-  f->dim = dim;
-  f->jacobians = jacobian == "given"     ? Jacobians::given
-                 : jacobian == "complex" ? Jacobians::complex_step
-                                         : Jacobians::differences;
-  f->batched = batched;
-  f->data = data;
-  f->count = count;
-  f->numbers.assign(numbers.data(), numbers.data() + numbers.size());
-  f->numbers_each = count ? f->numbers.size() / count : 0;
-  f->owner = std::move(owner);
-  return f;
-}
-
 }  // namespace
-
-Callable::~Callable() {
-  if (!Py_IsInitialized()) {  // the problem outlives the interpreter
-    function.release();
-    data.release();
-    owner.release();
-    return;
-  }
-  const py::gil_scoped_acquire lock;
-  function = py::object();
-  data = py::tuple();
-  owner = py::object();
-}
 
 PythonResidualType python_residual_type(const Callable& callable, const std::vector<const Group*>& groups, bool hard) {
   using Key = std::tuple<std::string, int, std::vector<const Group*>, bool, bool>;
@@ -174,7 +117,7 @@ void PythonResidual::call(const PythonResidual* const* residuals, const void* co
   const std::string& name = residuals[0]->callable_->name;
   try {
     try {
-      call_locked(residuals, x, count, jacobians);
+      PythonCall(residuals, x, count).evaluate(jacobians);
     } catch (const py::builtin_exception& error) {
       error.set_error();
       throw py::error_already_set();
@@ -188,127 +131,6 @@ void PythonResidual::call(const PythonResidual* const* residuals, const void* co
     if (error.matches(exception_class("UndefinedResidualError")))
       throw UndefinedResidualError(std::string(py::str(error.value())));
     throw PythonError(name, error);
-  }
-}
-
-void PythonResidual::call_locked(const PythonResidual* const* residuals, const void* const* x, std::size_t count,
-                                 bool jacobians) {
-  const Callable& f = *residuals[0]->callable_;
-  const std::vector<const Group*>& groups = *residuals[0]->groups_;
-  const std::size_t arity = groups.size(), dim = std::size_t(f.dim);
-  const bool single = !f.batched;
-  std::vector<py::object> arguments;
-  std::vector<const void*> of_state(count);
-  for (std::size_t s = 0; s < arity; ++s) {
-    for (std::size_t i = 0; i < count; ++i) of_state[i] = x[i * arity + s];
-    arguments.push_back(argument(*groups[s], of_state.data(), count, single));
-  }
-  // Rows of the data that belong to these blocks.
-  py::list data;
-  if (f.batched && py::len(f.data) > 0) {
-    bool all = count == f.count;
-    for (std::size_t i = 0; i < count && all; ++i) all = residuals[i]->row_ == i;
-    py::array_t<py::ssize_t> rows(all ? 0 : py::ssize_t(count));
-    for (std::size_t i = 0; i < count && !all; ++i) rows.mutable_data()[i] = py::ssize_t(residuals[i]->row_);
-    for (const py::handle item : f.data)
-      data.append(all ? py::reinterpret_borrow<py::object>(item) : py::object(item.attr("__getitem__")(rows)));
-  }
-  const auto call = [&](const py::dict& keywords) {
-    py::list list;
-    for (const py::object& argument : arguments) list.append(argument);
-    for (const py::handle item : data) list.append(item);
-    return py::object(f.function(*py::tuple(list), **keywords));
-  };
-  const auto checked = [&](const py::object& value, int columns, const char* what) {
-    std::vector<py::ssize_t> shape;
-    if (!single) shape.push_back(py::ssize_t(count));
-    shape.push_back(f.dim);
-    if (columns) shape.push_back(columns);
-    Numbers array = numbers(value, f.name + ": " + what);
-    const py::ssize_t wanted = py::ssize_t(count) * f.dim * std::max(columns, 1);
-    // A scalar residual may omit the axis of its rows.
-    const bool scalar = f.dim == 1 && array.size() == wanted && array.ndim() + 1 == py::ssize_t(shape.size());
-    if (!scalar && !std::equal(shape.begin(), shape.end(), array.shape(), array.shape() + array.ndim())) {
-      std::string text;
-      for (const py::ssize_t n : shape) text += (text.empty() ? "" : ", ") + std::to_string(n);
-      raise("ResidualError", f.name + ": the residual returned " + what + " of shape " + shape_text(array) +
-                                 "; expected (" + text + (shape.size() == 1 ? ",)" : ")"));
-    }
-    return array;
-  };
-  const auto store_rows = [&](const Numbers& rows) {
-    for (std::size_t i = 0; i < count; ++i) {
-      residuals[i]->allocate();
-      std::copy_n(rows.data() + i * dim, dim, residuals[i]->rows_.data());
-    }
-  };
-  if (jacobians && f.jacobians == Jacobians::given) {
-    const py::object result = call(py::dict(py::arg("jacobians") = true));
-    if (!py::isinstance<py::tuple>(result) || py::len(result) != 2)
-      raise("ResidualError",
-            f.name + ": with jacobians=True the residual must return (rows, [Jacobian of each state])");
-    const auto pair = py::reinterpret_borrow<py::tuple>(result);
-    store_rows(checked(pair[0], 0, "rows"));
-    const py::sequence list = pair[1];
-    if (list.size() != arity)
-      raise("ResidualError", f.name + ": the residual returned " + std::to_string(list.size()) + " Jacobians for " +
-                                 std::to_string(arity) + " states");
-    std::size_t first = 0;
-    for (std::size_t s = 0; s < arity; ++s) {
-      const auto dofs = std::size_t(groups[s]->dof);
-      const Numbers J = checked(list[s], groups[s]->dof, "a Jacobian");
-      const double* from = J.data();
-      for (std::size_t i = 0; i < count; ++i, from += dim * dofs) {
-        double* to = residuals[i]->J_.data() + first;
-        for (std::size_t row = 0; row < dim; ++row)
-          for (std::size_t k = 0; k < dofs; ++k) to[k * dim + row] = from[row * dofs + k];
-      }
-      first += dim * dofs;
-    }
-  } else {
-    const py::dict none = f.jacobians == Jacobians::given ? py::dict(py::arg("jacobians") = false) : py::dict();
-    const Numbers rows = checked(call(none), 0, "rows");
-    store_rows(rows);
-    bool compared = true;
-    std::size_t first = 0;
-    for (std::size_t s = 0; s < arity && jacobians; ++s)
-      for (int k = 0; k < groups[s]->dof; ++k, first += dim) {
-        const py::object x_s = arguments[s];
-        const auto column = [&](const Numbers& values, double factor, bool add) {
-          for (std::size_t i = 0; i < count; ++i) {
-            double* to = residuals[i]->J_.data() + first;
-            for (std::size_t row = 0; row < dim; ++row)
-              to[row] = (add ? to[row] : 0.0) + factor * values.data()[i * dim + row];
-          }
-        };
-        if (f.jacobians == Jacobians::complex_step) {
-          arguments[s] = perturbed(x_s, *groups[s], k, py::cast(std::complex<double>(0, kComplexStep)));
-          const py::object value = py::module_::import("numpy").attr("asarray")(call(none)).attr("imag");
-          const Numbers step = checked(value, 0, "rows");
-          column(step, 1 / kComplexStep, false);
-          if (f.complex_checks > 0) {
-            const auto moved = [&](double by) {
-              arguments[s] = perturbed(x_s, *groups[s], k, py::float_(by));
-              return checked(call(none), 0, "rows");
-            };
-            compared &= compare_complex_step(f.name, s, k, step, rows, moved(kDifferenceStep), moved(-kDifferenceStep));
-          }
-        } else {
-          for (const double sign : {1.0, -1.0}) {
-            arguments[s] = perturbed(x_s, *groups[s], k, py::float_(sign * kDifferenceStep));
-            column(checked(call(none), 0, "rows"), sign / (2 * kDifferenceStep), sign < 0);
-          }
-        }
-        arguments[s] = x_s;
-      }
-    if (jacobians && f.jacobians == Jacobians::complex_step && f.complex_checks > 0)
-      f.complex_checks = compared ? 0 : f.complex_checks - 1;
-  }
-  for (std::size_t i = 0; i < count; ++i) {
-    std::byte* to = residuals[i]->x_.data();
-    for (std::size_t s = 0; s < arity; to += groups[s]->size, ++s) std::memcpy(to, x[i * arity + s], groups[s]->size);
-    residuals[i]->has_rows_ = true;
-    residuals[i]->has_jacobians_ = jacobians;
   }
 }
 
@@ -374,38 +196,6 @@ void PythonResidual::evaluate_compiled(const void* const* x, double* r, double* 
       for (std::size_t row = 0; row < dim; ++row) J[s][k * dim + row] = all[row * columns + first + k];
     first += dofs;
   }
-}
-
-void bind_python_residual(py::module_& m) {
-  py::class_<Callable, std::shared_ptr<Callable>> c(
-      m, "PythonResidual", "A residual of your own; made by tandem.residual and tandem.compiled_residual.");
-  c.def(py::init(&make_callable), py::kw_only(), py::arg("function"), py::arg("pointer"), py::arg("name"),
-        py::arg("dim"), py::arg("jacobian"), py::arg("batched"), py::arg("data"), py::arg("count"), py::arg("numbers"),
-        py::arg("owner"));
-  c.def_readonly("name", &Callable::name);
-  c.def_readonly("dim", &Callable::dim);
-  c.def_readonly("function", &Callable::function);
-  c.def(py::pickle(
-      [](const Callable& f) {
-        const char* const jacobian = f.jacobians == Jacobians::given          ? "given"
-                                     : f.jacobians == Jacobians::complex_step ? "complex"
-                                                                              : "difference";
-        const py::object reference = py::module_::import("tandem.own").attr("_reference")(f.name, f.function);
-        return py::make_tuple(reference, f.name, f.dim, jacobian, f.batched, f.data, f.count);
-      },
-      [](const py::tuple& state) {
-        const py::object function = py::module_::import("tandem.own").attr("_function")(state[0]);
-        return make_callable(function, 0, state[1].cast<std::string>(), state[2].cast<int>(),
-                             state[3].cast<std::string>(), state[4].cast<bool>(), state[5],
-                             state[6].cast<std::size_t>(), Numbers(py::ssize_t(0)), function);
-      }));
-  c.def("__repr__", [](const Callable& f) {
-    return "<residual " + f.name + ": " + std::to_string(f.dim) + " rows" +
-           (f.pointer   ? ", compiled"
-            : f.batched ? ", batched"
-                        : "") +
-           ">";
-  });
 }
 
 }  // namespace tandem::python

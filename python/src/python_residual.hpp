@@ -4,38 +4,10 @@
 #include <string>
 #include <vector>
 
+#include "callable.hpp"
 #include "variables.hpp"
 
 namespace tandem::python {
-
-/// Source of the Jacobians of a Python residual.
-enum class Jacobians { given, complex_step, differences };
-
-/// A residual written in Python, or compiled by numba or C and given as a function pointer.
-struct Callable {
-  /// `data` is a row of the data; x the plain numbers of all states; r the rows; J the Jacobians by right perturbations
-  /// of all states side by side, row-major, to be set if `jacobians` is not 0. A result other than 0 says "undefined".
-  using Pointer = int (*)(const double* data, const double* x, double* r, double* J, int jacobians);
-
-  py::object function;        ///< null if compiled
-  Pointer pointer = nullptr;  ///< null if in Python
-  std::string name;
-  int dim = 0;
-  Jacobians jacobians = Jacobians::differences;
-  bool batched = false;  ///< one call for all blocks
-  py::tuple data;        ///< arrays with one row for each block, which a batched function gets after the states
-  std::size_t count = 1;
-  std::vector<double> numbers;  ///< data of a compiled function, count × numbers_each
-  std::size_t numbers_each = 0;
-  py::object owner;  ///< keeps the code of a compiled function alive
-  /// Evaluations whose complex steps are still to be compared with differences.
-  mutable int complex_checks = 3;
-
-  Callable() = default;
-  Callable(const Callable&) = delete;
-  Callable& operator=(const Callable&) = delete;
-  ~Callable();
-};
 
 /// A residual type made at run time, with the groups of its states.
 struct PythonResidualType {
@@ -61,10 +33,9 @@ class PythonResidual {
 
  private:
   void evaluate_compiled(const void* const* x, double* r, double* const* J, const int* offset) const;
-  /// Evaluates residuals of one callable in one call. The caller holds the lock.
+  friend class PythonCall;
+  /// Evaluates residuals of one callable in one call, and converts exceptions. The caller holds the lock.
   static void call(const PythonResidual* const* residuals, const void* const* x, std::size_t count, bool jacobians);
-  static void call_locked(const PythonResidual* const* residuals, const void* const* x, std::size_t count,
-                          bool jacobians);
   bool is_known(const void* const* x, bool jacobians) const;
   void allocate() const;
   void check_finite(const double* numbers, int count) const;
@@ -76,7 +47,5 @@ class PythonResidual {
   mutable std::vector<std::byte> x_;      // states of the last evaluation
   mutable std::vector<double> rows_, J_;  // J_: column-major, one state after the other
 };
-
-void bind_python_residual(py::module_& m);
 
 }  // namespace tandem::python
