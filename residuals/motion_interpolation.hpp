@@ -107,8 +107,9 @@ InterpolatedMotion<G> interpolate_along_odometry(const G& x0, const G& x1, const
   return motion;
 }
 
-/// Interpolates with WhiteNoiseAcceleration between two poses and twists, dt [s] apart, `after` [s] after the first one.
-/// `densities` are the power spectral densities of the acceleration on the axes of the twist. States: x0, w0, x1, w1.
+/// Interpolates with WhiteNoiseAcceleration between two poses and twists, dt [s] apart, `after` [s] after the first
+/// one. `densities` are the power spectral densities of the acceleration on the axes of the twist. States: x0, w0, x1,
+/// w1.
 ///
 /// In the coordinates ξ(t) = Log(T0⁻¹ T(t)), the mean is cubic in time, and the posterior is exact if the group is Rⁿ.
 /// Source: Anderson & Barfoot 2015, "Full STEAM ahead", eq. 19, for right perturbations.

@@ -40,7 +40,7 @@ py::object make_bundle(const py::args& parts) {
   (std::index_sequence_for<Gs...>());
 }
 
-/// Binds the product of groups as a class with the name "Bundle_" and those of the groups.
+/// Binds the product of groups as a class, for example Bundle_SE3_R3.
 template <class... Gs>
 void bind_bundle(py::module_& m) {
   using B = Bundle<Gs...>;

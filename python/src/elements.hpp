@@ -18,7 +18,7 @@ struct Elements {
   bool single = true;
 
   std::size_t size() const { return x.size(); }
-  /// Returns element i; the only one if there is a single one.
+  /// Returns element i, or the only element if there is a single one.
   const G& operator[](std::size_t i) const { return x[single ? 0 : i]; }
 };
 

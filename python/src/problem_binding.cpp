@@ -294,8 +294,7 @@ void bind_problem(py::module_& m) {
       },
       py::arg("blocks"),
       "multipliers(blocks)\n\nReturn the Lagrange multipliers of the rows: the decrease of the minimal cost per unit "
-      "by "
-      "which the active bound is raised. Raise NumericalError unless the last solve converged.");
+      "by which the active bound is raised. Raise NumericalError unless the last solve converged.");
   c.def(
       "weight", [](const PyProblem& self, const PyBlocks& b) { return self.read().weight(only(b, "weight")); },
       py::arg("block"), "weight(block)\n\nReturn the weight that the robust loss gives a cost.");

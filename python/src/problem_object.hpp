@@ -41,7 +41,7 @@ class PyProblem {
   /// Returns those blocks that are still in the problem.
   std::vector<PythonBlock> python_blocks() const;
 
-  /// Why the multipliers are not those of a solution; empty if they are. Only the interpreter's lock guards it.
+  /// Reason why the problem has no multipliers of a solution; empty if it has. Only the interpreter's lock guards it.
   std::string no_multipliers;
 
   /// Marks the problem as being solved by this thread. The constructor throws BusyError if the problem is already being

@@ -35,7 +35,7 @@ class PythonError : public std::runtime_error {
   std::shared_ptr<py::error_already_set> error_;
 };
 
-/// Returns f(). Converts an Error without a derived type, which readers throw, to BadInputError.
+/// Returns f(). Converts a plain Error, which readers throw, to BadInputError.
 template <class F>
 auto checked_input(F f) {
   try {

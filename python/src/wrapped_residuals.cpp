@@ -82,8 +82,7 @@ void bind_wrapped_residuals(py::module_& m) {
   m.def(
       "WithBias", [](const FamilyResidual& residual) { return with("WithBias", residual, {}); }, py::arg("residual"),
       "WithBias(residual)\n\nA residual with the bias of its measurement as an additional state, whose dimension is "
-      "the "
-      "number of rows. States: those of the residual, bias.");
+      "the number of rows. States: those of the residual, bias.");
   declare_sightings<Miscalibrated>("Miscalibrated", {"mount", "point", "before", "after", "later"});
   m.def(
       "Miscalibrated",
@@ -98,8 +97,7 @@ void bind_wrapped_residuals(py::module_& m) {
       "bias, scale factor, misalignment and delay. `mount` and `point` are B and beacon of the residual; `before` and "
       "`after` the times to the neighbouring states [s]; `later` the time from the states to the measurement [s]. "
       "States: chaser, chaser before, chaser after, target, target before, target after, bias, scale (R1), "
-      "misalignment "
-      "(SO3), delay (R1) [s].");
+      "misalignment (SO3), delay (R1) [s].");
   declare_wrapped<SoftBound, TwistComponents<SE3, surge>>("SoftBound", "TwistComponents_surge", {"lower", "upper"});
   declare_wrapped<SoftBound, TwistComponents<SE3, yaw_rate>>("SoftBound", "TwistComponents_yaw_rate",
                                                              {"lower", "upper"});

@@ -9,8 +9,9 @@
 namespace tandem {
 
 /// Scores the solved models by predictions of held-out measurements (predictive_score()), without truth. Sets
-/// ModelResult::score, or `why_no_score`. The blocks of time are those of the first model that can be scored; all scores
-/// are on its measurements. Calls `progress` before each model with its number. Stops early if `stop` requests it.
+/// ModelResult::score, or `why_no_score`. The blocks of time are those of the first model that can be scored; all
+/// scores are on its measurements. Calls `progress` before each model with its number. Stops early if `stop` requests
+/// it.
 void score_models(const Scenario& scenario, const std::vector<NamedModel>& models, std::vector<ModelResult>& results,
                   const Stop& stop, const std::function<void(std::size_t model)>& progress = {});
 

@@ -50,8 +50,8 @@ struct NavigationComparison {
   std::vector<GpsOutage> outages;  ///< empty if the navigation uses no GPS
 };
 
-/// Compares a navigation with scenario.truth_chaser, interpolated where needed. Without truth, errors are absent, and
-/// standard deviations are not. `scenario` has all its sensors, including those that the navigation did not use.
+/// Compares a navigation with scenario.truth_chaser, interpolated where needed. Without truth, there are standard
+/// deviations but no errors. `scenario` has all its sensors, including those that the navigation did not use.
 NavigationComparison compare_with_truth(const Navigation& navigation, const Scenario& scenario);
 
 struct Statistics {

@@ -11,7 +11,7 @@
 
 namespace tandem {
 
-/// How the bytes of a message are arranged.
+/// Arrangement of the bytes of a message.
 enum class MessageEncoding {
   cdr,     ///< ROS 2: a header of 4 bytes with the byte order, then aligned members
   ros1,    ///< members without padding

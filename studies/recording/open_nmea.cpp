@@ -18,7 +18,7 @@ constexpr double kDay = 86400;  // s
 constexpr double kKnots = 1852.0 / 3600;
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 
-/// How a field of a sentence becomes a number.
+/// Conversion of a part of a sentence to a number.
 enum class Part {
   number,
   text,

@@ -80,7 +80,7 @@ class Recording {
   void add_defect(std::string sentence);
 };
 
-/// How to read text tables (CSV). Unset values are detected from the first lines.
+/// Format of text tables (CSV). Values that are not set are detected from the first lines.
 struct TableSettings {
   std::optional<char> delimiter{};  ///< ' ' means any number of blanks
   std::optional<bool> header{};     ///< whether the first line has the column names

@@ -23,7 +23,8 @@ bool is_recording_name(const std::filesystem::path& file);
 /// Returns "ROS 2 bags (.db3, .mcap), …" for messages.
 std::string readable_formats();
 
-/// Openers of the formats, each in a file of its name. They throw Error if the file cannot be read at all.
+/// Functions that open a recording of each format. open_NAME() is in open_NAME.cpp. They throw Error if the file cannot
+/// be read at all.
 std::unique_ptr<Recording> open_mcap(const std::filesystem::path& file);
 std::unique_ptr<Recording> open_rosbag1(const std::filesystem::path& file);
 std::unique_ptr<Recording> open_rosbag2(const std::filesystem::path& file);

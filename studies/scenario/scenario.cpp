@@ -60,7 +60,7 @@ bool contains(const std::vector<std::string>& words, const std::string& word) {
 
 class ScenarioReader {
  public:
-  /// Without `rows_in`, also reads the rows of the sensor files.
+  /// Also reads the rows of the sensor files, unless `rows_in` is given.
   ScenarioReader(const std::filesystem::path& folder, YamlSection yaml, std::optional<RowsIn> rows_in = {},
                  const Stop& stop = {})
       : folder_(folder), yaml_(std::move(yaml)), rows_in_(rows_in), stop_(stop) {}

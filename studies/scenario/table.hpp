@@ -90,7 +90,8 @@ class RowFile {
   double last_t_ = 0;
 };
 
-/// All rows of a text file. The first column is t [s]; all numbers are finite or, if the format has missing values, NaN.
+/// All rows of a text file. The first column is t [s]; all numbers are finite or, if the format has missing values,
+/// NaN.
 struct Table {
   std::filesystem::path file;
   std::size_t columns;

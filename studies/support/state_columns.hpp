@@ -5,8 +5,8 @@
 
 namespace tandem {
 
-/// Adds the columns x, y, z, qx, qy, qz, qw. A row has the members position (Vector<3>, perhaps optional) and orientation
-/// (std::optional<SO3>).
+/// Adds the columns x, y, z, qx, qy, qz, qw. A row has the members position (Vector<3>, perhaps optional) and
+/// orientation (std::optional<SO3>).
 template <class Row>
 void add_position_columns(CsvTable<Row>& table) {
   table.add_xyz("{}", "position along the world axes [m]", [](const Row& r) { return r.position; });

@@ -44,8 +44,8 @@ struct Tuning {
   bool changed() const { return selection.settings != start; }
 };
 
-/// Finds the model of recordings of one system that predicts held-out measurements best, without truth: proposes changes
-/// from the residuals and selects among them by select_model().
+/// Finds the model of recordings of one system that predicts held-out measurements best, without truth: proposes
+/// changes from the residuals and selects among them by select_model().
 ///
 /// Throws Error if a recording is too short for five blocks of time, if the sensors of the recordings differ, if names
 /// in `only` or `fixed` are unknown or contradict each other, or if the start cannot be solved. Throws Stopped if the
