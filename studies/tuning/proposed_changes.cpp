@@ -22,7 +22,7 @@ constexpr double kLeastVariance = 0.5;  // smallest variance of noise and bias t
 constexpr double kFactor = 2;           // ratio of the values that refinements try
 constexpr double kCheckedShare = 0.25;  // share of a sensor's measurements at which another sensor measures, too
 constexpr double kCheckedReach = 0.25;  // largest time between these measurements, relative to the sensors' steps
-constexpr std::size_t kFewest = 8;      // smallest number of measurements for changes of a sensor
+constexpr std::size_t kFewest = 8;      // minimum number of measurements of a sensor to propose changes
 
 std::vector<double> scaled(std::vector<double> values, double factor) {
   for (double& v : values) v *= factor;
