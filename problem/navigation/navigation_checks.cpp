@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdio>
 #include <functional>
 
 #include <tandem/lie/error.hpp>
@@ -287,12 +288,20 @@ void check_vibration(const ImuSensor& imu, std::vector<NavigationFinding>& findi
   findings.push_back(finding);
 }
 
+/// Returns a time stamp [s]; with hundredths if it is too large for a short number, as are seconds since 1970.
+std::string time_text(double t) {
+  if (std::abs(t) < 1e5) return short_number(t);
+  std::array<char, 32> text{};
+  const int size = std::snprintf(text.data(), text.size(), "%.2f", t);
+  return std::string(text.data(), std::size_t(std::min(size, int(text.size()) - 1)));
+}
+
 }  // namespace
 
 std::string NavigationFinding::text() const {
   const std::string n = std::to_string(count), plural = count == 1 ? "" : "s";
-  const std::string at = from == to ? " at " + short_number(from) + " s"
-                                    : " between " + short_number(from) + " and " + short_number(to) + " s";
+  const std::string at =
+      from == to ? " at " + time_text(from) + " s" : " between " + time_text(from) + " and " + time_text(to) + " s";
   const std::string dropped = sensor + ": dropped " + n + " line" + plural + at;
   switch (kind) {
     case Kind::not_finite:
@@ -320,10 +329,9 @@ std::string NavigationFinding::text() const {
     case Kind::silent:
       return sensor + ": " + (count == 1 ? "no measurements" : n + " long gaps") + at;
     case Kind::late:
-      return sensor + ": starts at " + short_number(to) + " s, but the recording starts at " + short_number(from) +
-             " s";
+      return sensor + ": starts at " + time_text(to) + " s, but the recording starts at " + time_text(from) + " s";
     case Kind::early:
-      return sensor + ": ends at " + short_number(from) + " s, but the recording ends at " + short_number(to) + " s";
+      return sensor + ": ends at " + time_text(from) + " s, but the recording ends at " + time_text(to) + " s";
     case Kind::empty:
       return sensor + ": no measurements";
     case Kind::upside_down:

@@ -8,6 +8,7 @@
 
 #include <tandem/lie/error.hpp>
 #include <tandem/problem/stop.hpp>
+#include <tandem/studies/navigation/averaged_readings.hpp>
 #include <tandem/studies/navigation/fit_delay.hpp>
 
 namespace tandem {
@@ -85,6 +86,8 @@ std::string text(const DelayFit& fit) {
 DelayFit fit_delay(const NavigationData& data, const std::string& sensor, const NavigationOptions& options,
                    const DelayFitProgress& progress) {
   NavigationData tried = data;
+  check(tried);
+  average_readings(tried);  // once: costs of different averages are not comparable
   const bool of_imu = is_imu(data, sensor);
   const DelayGrid grid = of_imu ? kImuGrid : kSensorGrid;
   const double before = of_imu ? data.imu->delay : own_sensor(tried, sensor).delay;

@@ -8,6 +8,7 @@
 #include <tandem/solvers/marginals.hpp>
 #include <tandem/solvers/online/heading_alignment.hpp>
 #include <tandem/studies/fit/judged_measurements.hpp>
+#include <tandem/studies/navigation/averaged_readings.hpp>
 #include <tandem/studies/navigation/gross_errors.hpp>
 #include <tandem/studies/navigation/navigate.hpp>
 
@@ -151,6 +152,7 @@ Navigation navigate(const NavigationData& data, const NavigationOptions& options
   result.data = data;
   result.findings = check(result.data);
   if (options.vibration) apply_vibration_noise(result.findings, result.data);
+  for (NavigationFinding& finding : average_readings(result.data)) result.findings.push_back(std::move(finding));
   OnlineOptions online;
   online.ego = options.ego;
   const Alignment start = options.start ? *options.start : align(result.data, options.alignment, online, stop);
