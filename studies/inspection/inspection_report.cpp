@@ -31,6 +31,17 @@ std::vector<ColumnRange> ranges_of(const SensorSeries& s) {
   return ranges;
 }
 
+std::string origin_text(const ScenarioInspection& s) {
+  return s.origin.empty() ? ""
+                          : fmt::format(", origin {:.7f}, {:.7f} deg, {:.1f} m", s.origin[0], s.origin[1], s.origin[2]);
+}
+
+std::string span_text(const ScenarioInspection& s) {
+  return fmt::format("{} to {} ({:.1f} s)", time_text_of(s.first()), time_text_of(s.last()), s.last() - s.first());
+}
+
+}  // namespace
+
 double rate_of(const SensorSeries& s) {
   if (s.rows < 2) return 0;
   const double span = s.t(s.rows - 1) - s.t(0);
@@ -44,16 +55,9 @@ std::string range_text(const SensorSeries& s) {
   return text;
 }
 
-std::string origin_text(const ScenarioInspection& s) {
-  return s.origin.empty() ? ""
-                          : fmt::format(", origin {:.7f}, {:.7f} deg, {:.1f} m", s.origin[0], s.origin[1], s.origin[2]);
+std::string summary_text(const ScenarioInspection& scenario) {
+  return fmt::format("{}{}, {}", scenario.frame, origin_text(scenario), span_text(scenario));
 }
-
-std::string span_text(const ScenarioInspection& s) {
-  return fmt::format("{} to {} ({:.1f} s)", time_text_of(s.first()), time_text_of(s.last()), s.last() - s.first());
-}
-
-}  // namespace
 
 std::string inspection_text(const ScenarioInspection& scenario) {
   using enum TextTable::Align;

@@ -33,6 +33,12 @@ ScenarioInspection inspect_scenario(const std::filesystem::path& folder);
 /// blocks where it is less, and dots without rows.
 std::string strip(const ScenarioInspection& scenario, const SensorSeries& series, std::size_t width);
 
+double rate_of(const SensorSeries& series);  ///< mean rate [Hz]
+/// Returns the smallest and the largest value of each column.
+std::string range_text(const SensorSeries& series);
+/// Returns the axes, the origin and the time span on one line.
+std::string summary_text(const ScenarioInspection& scenario);
+
 std::string inspection_text(const ScenarioInspection& scenario);
 std::string inspection_json(const ScenarioInspection& scenario);
 FileDescription inspection_json_keys();
