@@ -11,6 +11,7 @@
 #include <tandem/studies/report/plot_parts.hpp>
 #include <tandem/studies/report/plotly_library.hpp>
 #include <tandem/studies/report/report_page.hpp>
+#include <tandem/studies/report/run_figures.hpp>
 #include <tandem/studies/report/run_page.hpp>
 #include <tandem/studies/report/study_figures.hpp>
 #include <tandem/studies/study/study_database.hpp>
@@ -274,6 +275,15 @@ std::string report_page(const std::filesystem::path& folder) {
   if (is_run(folder)) return run_page(folder);
   throw Error(fmt::format("{} is neither a study folder nor an output folder of tandem estimate, navigate or track",
                           folder.string()));
+}
+
+std::vector<HtmlFigure> report_figures(const std::filesystem::path& folder) {
+  if (!is_run(folder))
+    throw Error(
+        fmt::format("{} is not an output folder of tandem estimate, navigate or track, whose figures --plots "
+                    "draws; tandem study export draws those of a study",
+                    folder.string()));
+  return run_figures(read_run(folder));
 }
 
 }  // namespace tandem
