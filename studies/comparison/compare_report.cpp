@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <tuple>
 
 #include <fmt/format.h>
@@ -102,6 +103,32 @@ std::string conclusion(const std::vector<ComparedSolve>& solves) {
                        winner->seconds);
   return fmt::format("{}: fastest of {} solvers that converged to the least cost, {:.2g} s", winner->solver, n,
                      winner->seconds);
+}
+
+/// Returns one sentence that names the solver which converges to the least cost of most problems, the fastest of them;
+/// empty if none converges.
+std::string recommendation(const Comparison& comparison) {
+  const std::vector<std::vector<ComparedSolve>> problems = by_problem(comparison);
+  std::map<std::string, std::pair<std::size_t, double>> reached;  // number of problems, seconds
+  for (const std::vector<ComparedSolve>& solves : problems) {
+    const std::optional<double> best = best_cost(solves);
+    for (const ComparedSolve& s : solves) {
+      if (!best || !is_feasible(s) || !s.converged() || above(s, *best) > kSameCost) continue;
+      auto& [count, seconds] = reached[s.solver];
+      ++count;
+      seconds += s.seconds;
+    }
+  }
+  const auto best = std::min_element(reached.begin(), reached.end(), [](const auto& a, const auto& b) {
+    return std::pair(b.second.first, a.second.second) < std::pair(a.second.first, b.second.second);
+  });
+  if (best == reached.end()) return "";
+  const auto& [count, seconds] = best->second;
+  return fmt::format("Recommended: {}. It converges to the least cost {}, in {:.2g} s{}.", best->first,
+                     problems.size() == 1       ? "known"
+                     : count == problems.size() ? fmt::format("of all {} problems", count)
+                                                : fmt::format("of {} of {} problems", count, problems.size()),
+                     seconds, count > 1 ? " together" : "");
 }
 
 /// Returns the table of the first `rows` solves. `all` are the solves of the problem.
@@ -229,7 +256,11 @@ JsonFields<Comparison> comparison_fields() {
            [](const C& c) { return describe(c.constraints); })
       .add("time_limit", "time limit of each solve [s]", [](const C& c) { return c.time_limit; })
       .add_list("solves", "all solves; those of one problem are consecutive", solve_fields(),
-                [](const C& c) -> const std::vector<ComparedSolve>& { return c.solves; });
+                [](const C& c) -> const std::vector<ComparedSolve>& { return c.solves; })
+      .add("recommendation", "the recommended solver in one sentence, if one converges", [](const C& c) {
+        const std::string text = recommendation(c);
+        return text.empty() ? std::nullopt : std::optional(text);
+      });
 }
 
 }  // namespace
@@ -280,6 +311,7 @@ std::string report(const Comparison& comparison, bool full) {
         "\nbest: least cost (relative tolerance {:.0e}); *: fastest solver that converged to it (tolerance {:.0e})\n",
         kBest, kSameCost);
   if (summary) text += "All solves: --full, or compare.csv in --out.\n";
+  if (const std::string sentence = recommendation(comparison); !sentence.empty()) text += sentence + "\n";
   return text;
 }
 

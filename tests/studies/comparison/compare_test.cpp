@@ -13,6 +13,7 @@ namespace {
 
 using testing::ContainsRegex;
 using testing::ElementsAre;
+using testing::EndsWith;
 using testing::HasSubstr;
 using testing::Not;
 using testing::StartsWith;
@@ -177,6 +178,19 @@ TEST(CompareReport, StartsWithConclusion) {
   stopped.status = "time-limit";
   EXPECT_THAT(text({stopped}), StartsWith("no solver converged\n"));
   EXPECT_THAT(text({stopped, solved("other", 10, 0, 1)}), StartsWith("no solver converged to the least cost\n"));
+}
+
+TEST(CompareReport, EndsWithRecommendation) {
+  ComparedSolve soft = solved("steady", 3, 0, 2);
+  soft.role = Role::soft;
+  Comparison comparison{"x", Mode::A, {}, 60, {solved("steady", 10, 0, 2), solved("quick", 10, 0, 1), soft}};
+  EXPECT_THAT(report(comparison),
+              EndsWith("Recommended: steady. It converges to the least cost of all 2 problems, in 4 s together.\n"));
+  comparison.solves.pop_back();
+  EXPECT_THAT(report(comparison), EndsWith("Recommended: quick. It converges to the least cost known, in 1 s.\n"));
+  EXPECT_THAT(compare_json(comparison), HasSubstr("\"recommendation\": \"Recommended: quick."));
+  for (ComparedSolve& s : comparison.solves) s.status = "time-limit";
+  EXPECT_THAT(report(comparison), Not(HasSubstr("Recommended")));
 }
 
 TEST(CompareReport, SummaryShowsBestSolves) {
