@@ -20,8 +20,8 @@ constexpr double kDelay = 0.5, kScale = 0.05, kMisalignment = 0.05;  // σ of th
 constexpr double kWhiteShare = 0.5;     // share of σ that stays white noise if noise is split
 constexpr double kLeastVariance = 0.5;  // smallest variance of noise and bias together, relative to the stated noise
 constexpr double kFactor = 2;           // ratio of the values that refinements try
-constexpr double kCheckedShare = 0.25;  // share of a sensor's measurements at which another sensor measures, too
-constexpr double kCheckedReach = 0.25;  // largest time between these measurements, relative to the sensors' steps
+constexpr double kCheckedShare = 0.25;  // share of the measurements of the slower of two sensors at which both measure
+constexpr double kCheckedReach = 0.25;  // largest time between these measurements, relative to the smaller step
 constexpr std::size_t kFewest = 8;      // minimum number of measurements of a sensor to propose changes
 
 std::vector<double> scaled(std::vector<double> values, double factor) {

@@ -34,6 +34,7 @@ struct TuneOptions {
 struct Tuning {
   std::vector<std::string> scenarios;
   double block_length = 0;              ///< length of the held-out blocks of time [s]
+  double ahead = 0;                     ///< time of predictions from earlier measurements only [s]; 0: none
   std::vector<ModelChange> candidates;  ///< proposed for the start
   ModelSelection selection;             ///< empty in a dry run
   ModelSettings start;
