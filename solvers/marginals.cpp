@@ -219,6 +219,12 @@ Eigen::MatrixXd Marginals::propagated(const Eigen::Ref<const Eigen::MatrixXd>& J
   return result;
 }
 
+Eigen::VectorXd Marginals::times(const Eigen::VectorXd& x) const {
+  Eigen::VectorXd product = parts_.inverse.times(x);
+  if (parts_.flat.size() > 0) product += parts_.flat * (parts_.flat.transpose() * x);
+  return product;
+}
+
 void Marginals::require_regular() const {
   if (std::isfinite(parts_.log_determinant)) return;
   const std::string states = describe(parts_.unobservable);

@@ -77,6 +77,8 @@ class Marginals {
   /// Returns log det H. With hard equalities, H is restricted to their null space, and a constant that depends only on
   /// the equalities is neglected. −infinity if H is singular.
   double log_determinant() const { return parts_.log_determinant; }
+  /// Returns S x for a vector x over the unknowns of an NlpEvaluator of the problem. Requires a regular H.
+  Eigen::VectorXd times(const Eigen::VectorXd& x) const;
   /// Throws NotObservableError, which names the unobservable states, if H is singular.
   void require_regular() const;
   /// Returns the states with infinite variances; empty if the problem determines all states.

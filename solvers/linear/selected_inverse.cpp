@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <utility>
 
 #include <tandem/solvers/linear/block_symbolic.hpp>
@@ -10,7 +11,6 @@ namespace tandem::detail {
 namespace {
 
 using Part = Eigen::Map<Eigen::MatrixXd, 0, Eigen::OuterStride<>>;
-using ConstPart = Eigen::Map<const Eigen::MatrixXd, 0, Eigen::OuterStride<>>;
 
 /// X = X L⁻¹ for X of m × n.
 void solve_right(int m, int n, double* X, int ldx, const double* L, int ldl) {
@@ -120,14 +120,23 @@ bool SelectedInverse::compute(const Eigen::VectorXd& hessian, const LinearEquati
 bool SelectedInverse::eliminate_free(int k) {
   failed_ = eliminate(k, k + 1, blocks_);
   if (failed_ >= 0) return false;
+  const double* P = panel(k);
+  for (int c = 0; c < size_[std::size_t(k)]; ++c) {
+    const double pivot = P[c + std::ptrdiff_t(c) * panel_rows_[std::size_t(k)]];
+    const double ratio = pivot * pivot / diagonal_[first_unknown_[std::size_t(k)] + c];
+    smallest_pivot_ = ratio < smallest_pivot_ ? ratio : smallest_pivot_;
+  }
+  convert_factor(k);
+  return true;
+}
+
+void SelectedInverse::convert_factor(int k) {
   const int n = size_[std::size_t(k)], m = panel_rows_[std::size_t(k)];
   double* P = panel(k);
   double* I = identity_.data();
   for (int c = 0; c < n; ++c) {
     for (int i = 0; i < n; ++i) I[i + c * n] = i == c;
     const double pivot = P[c + std::ptrdiff_t(c) * m];
-    const double ratio = pivot * pivot / diagonal_[first_unknown_[std::size_t(k)] + c];
-    smallest_pivot_ = ratio < smallest_pivot_ ? ratio : smallest_pivot_;
     log_determinant_ += 2 * std::log(pivot);
     for (int i = n; i < m; ++i) P[i + std::ptrdiff_t(c) * m] = -P[i + std::ptrdiff_t(c) * m];
   }
@@ -139,7 +148,6 @@ bool SelectedInverse::eliminate_free(int k) {
       for (int p = c; p < n; ++p) sum += I[p + i * n] * I[p + c * n];
       P[i + std::ptrdiff_t(c) * m] = P[c + std::ptrdiff_t(i) * m] = sum;
     }
-  return true;
 }
 
 bool SelectedInverse::eliminate_constrained(int k) {
@@ -215,17 +223,30 @@ void SelectedInverse::invert(int k) {
     }
 }
 
+double SelectedInverse::trace_of_product(const Eigen::VectorXd& diagonal) const {
+  double sum = 0;
+  for (int k = 0; k < blocks_; ++k)
+    for (int i = 0; i < size_[std::size_t(k)]; ++i)
+      sum += inverse_[panel_[std::size_t(k)] + std::ptrdiff_t(i) * (panel_rows_[std::size_t(k)] + 1)] *
+             diagonal[first_unknown_[std::size_t(k)] + i];
+  return sum;
+}
+
 bool SelectedInverse::in_pattern(int a, int b) const {
   const auto [low, high] = std::minmax(place_[std::size_t(a)], place_[std::size_t(b)]);
   return panel_row(low, high) >= 0;
 }
 
+SelectedInverse::ConstPart SelectedInverse::stored(int low, int high) const {
+  return {inverse_.data() + panel_[std::size_t(low)] + panel_row(low, high), size_[std::size_t(high)],
+          size_[std::size_t(low)], Eigen::OuterStride<>(panel_rows_[std::size_t(low)])};
+}
+
 void SelectedInverse::block(int a, int b, Eigen::Ref<Eigen::MatrixXd> S) const {
   const int p = place_[std::size_t(a)], q = place_[std::size_t(b)];
   const int low = std::min(p, q), high = std::max(p, q);
-  if (const int row = panel_row(low, high); row >= 0) {
-    const ConstPart held(inverse_.data() + panel_[std::size_t(low)] + row, size_[std::size_t(high)],
-                         size_[std::size_t(low)], Eigen::OuterStride<>(panel_rows_[std::size_t(low)]));
+  if (panel_row(low, high) >= 0) {
+    const ConstPart held = stored(low, high);
     if (p >= q) {
       S = held;
     } else {
@@ -245,6 +266,49 @@ void SelectedInverse::block(int a, int b, Eigen::Ref<Eigen::MatrixXd> S) const {
       S.row(c) = part.transpose();
     }
   }
+}
+
+/// With y = (I − T)⁻ᵀ Jᵀ, J S Jᵀ is the sum of yᵀ D y over the eliminated places and of yᵀ S y over those that wait.
+/// Eliminates places, from the first block towards the root, until the terms of yᵀ S y do not cancel.
+Eigen::MatrixXd SelectedInverse::propagated(std::span<const int> blocks, const Eigen::MatrixXd& J) const {
+  constexpr double kRounding = 1e-16, kAccuracy = 1e-8;
+  const Eigen::Index n = J.rows();
+  Eigen::MatrixXd sum = Eigen::MatrixXd::Zero(n, n);
+  std::map<int, Eigen::MatrixXd> waiting;  // y of the places that wait; all pairs of them are in the pattern
+  Eigen::Index column = 0;
+  for (const int b : blocks) {
+    const int place = place_[std::size_t(b)], width = size_[std::size_t(place)];
+    waiting.try_emplace(place, Eigen::MatrixXd::Zero(width, n)).first->second +=
+        J.middleCols(column, width).transpose();
+    column += width;
+  }
+  while (!waiting.empty()) {
+    Eigen::MatrixXd rest = Eigen::MatrixXd::Zero(n, n);
+    Eigen::VectorXd terms = Eigen::VectorXd::Zero(n);  // sums of absolute values
+    for (const auto& [p, y] : waiting)
+      for (const auto& [q, z] : waiting) {
+        if (q < p) continue;
+        const ConstPart S = stored(p, q);
+        const Eigen::MatrixXd product = z.transpose() * S * y;
+        rest += product;
+        if (p != q) rest += product.transpose();
+        terms += (p == q ? 1.0 : 2.0) *
+                 (z.cwiseAbs().transpose() * S.cwiseAbs()).cwiseProduct(y.cwiseAbs().transpose()).rowwise().sum();
+      }
+    if ((kRounding * terms.array() <= kAccuracy * (sum + rest).diagonal().array()).all()) return sum + rest;
+    const auto first = waiting.extract(waiting.begin());
+    const int k = first.key();
+    const Eigen::MatrixXd& y = first.mapped();
+    const Eigen::OuterStride<> stride(panel_rows_[std::size_t(k)]);
+    sum += y.transpose() * ConstPart(panel(k), size_[std::size_t(k)], size_[std::size_t(k)], stride) * y;
+    for (int b = row_start_[std::size_t(k)] + 1, row = size_[std::size_t(k)]; b < row_start_[std::size_t(k) + 1]; ++b) {
+      const int later = row_block_[std::size_t(b)], width = size_[std::size_t(later)];
+      waiting.try_emplace(later, Eigen::MatrixXd::Zero(width, n)).first->second +=
+          ConstPart(panel(k) + row, width, size_[std::size_t(k)], stride) * y;
+      row += width;
+    }
+  }
+  return sum;
 }
 
 /// x = S x = (I − T)⁻¹ D (I − T)⁻ᵀ x, where x is zero before the place `from`. Computes the result down to the place
