@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <map>
+#include <string_view>
 #include <utility>
 
 #include <tandem/problem/marginal_constraint.hpp>
@@ -59,6 +60,24 @@ std::vector<const StateStoreBase*> stores_of(const SoftPoolBase* soft, const Har
 std::string count(std::size_t n, const std::string& of) { return std::to_string(n) + " " + of + (n == 1 ? "" : "s"); }
 
 const char* const kNotCompiled = " is not compiled into this program; read the file with a program that uses it";
+
+/// Returns the pairs of slots of variables that correspond; see ProblemData::set_values(). `to_slots`: the slots of `to`
+/// in the order of creation. The slots of `from` are in this order.
+std::vector<std::pair<int, int>> corresponding(const StateStoreBase& from, const StateStoreBase& to,
+                                               const std::vector<int>& to_slots) {
+  std::vector<std::pair<int, int>> pairs;
+  if (from.id.size() == to_slots.size()) {
+    for (std::size_t i = 0; i < to_slots.size(); ++i) pairs.emplace_back(static_cast<int>(i), to_slots[i]);
+    return pairs;
+  }
+  std::map<std::string_view, std::pair<std::vector<int>, std::vector<int>>> by_name;  // slots of both
+  for (std::size_t i = 0; i < from.name.size(); ++i) by_name[*from.name[i]].first.push_back(static_cast<int>(i));
+  for (const int slot : to_slots) by_name[*to.name[std::size_t(slot)]].second.push_back(slot);
+  for (const auto& [name, slots] : by_name)
+    for (std::size_t i = 0; slots.first.size() == slots.second.size() && i < slots.first.size(); ++i)
+      pairs.emplace_back(slots.first[i], slots.second[i]);
+  return pairs;
+}
 
 }  // namespace
 
@@ -302,6 +321,29 @@ Problem ProblemData::problem() const {
     }
   builder.problem.scale_losses(loss_scale);
   return std::move(builder.problem);
+}
+
+ProblemData::Values ProblemData::values(const Problem& problem) {
+  Values values;
+  for (const auto& [type, store] : problem.stores_) {
+    std::unique_ptr<StateStoreBase> copy = store->new_empty();
+    for (const int id : problem.ids_by_creation(*store))
+      copy->add_copy(*store, problem.variables_[std::size_t(id)].slot, id);
+    values.emplace(type, std::move(copy));
+  }
+  return values;
+}
+
+void ProblemData::set_values(Problem& problem, const Values& values) {
+  for (const auto& [type, store] : problem.stores_) {
+    const auto from = values.find(type);
+    if (from == values.end()) continue;
+    std::vector<int> slots;
+    for (const int id : problem.ids_by_creation(*store)) slots.push_back(problem.variables_[std::size_t(id)].slot);
+    for (const auto& [ours, theirs] : corresponding(*from->second, *store, slots))
+      store->copy_value(*from->second, ours, theirs);
+  }
+  ++problem.value_revision_;
 }
 
 }  // namespace tandem::detail

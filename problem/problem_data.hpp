@@ -1,6 +1,9 @@
 #pragma once
 
+#include <map>
+#include <memory>
 #include <string>
+#include <typeindex>
 #include <vector>
 
 #include <tandem/problem/problem.hpp>
@@ -43,6 +46,14 @@ class ProblemData {
   /// Builds the problem. Throws Error, naming the variable or block, if the data are inconsistent or a type is not
   /// compiled into this program.
   Problem problem() const;
+
+  /// Names and values of all variables by Lie group, in the order of creation.
+  using Values = std::map<std::type_index, std::shared_ptr<const StateStoreBase>>;
+  static Values values(const Problem& problem);
+  /// Sets the values of a problem with the same or similar variables. If the numbers of variables of a group differ,
+  /// variables correspond by name, and in their order among those of one name. Names of which the numbers differ are
+  /// skipped.
+  static void set_values(Problem& problem, const Values& values);
 
  private:
   struct Builder;

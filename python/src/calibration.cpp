@@ -131,7 +131,11 @@ Calibration calibrate_problems(const Problems& problems, py::handle groups, cons
       return py::dict(py::arg("iteration") = iteration, py::arg("factors") = by_name, py::arg("gain") = gain);
     });
   };
-  return watched.run([&] { return calibrate(solving.all, all, o); });
+  return watched.run([&] {
+    Calibration found = calibrate(solving.all, all, o);
+    apply(found, solving.all, all);
+    return found;
+  });
 }
 
 }  // namespace

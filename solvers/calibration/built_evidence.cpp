@@ -112,7 +112,7 @@ double BuiltEvidence::priors(const Eigen::VectorXd& x) const {
 
 BuiltEvidence::Point BuiltEvidence::first(Calibration& found, double& as_given) {
   const Eigen::VectorXd zero = Eigen::VectorXd::Zero(given_.size());
-  Built built = make(zero, nullptr);
+  const Built built = make(zero, nullptr);
   const double constants = built.constants;
   if (built.of.groups.empty()) {
     const Point point = profile_of(built, {});
@@ -129,7 +129,7 @@ BuiltEvidence::Point BuiltEvidence::first(Calibration& found, double& as_given) 
   for (const CalibratedNoise& noise : found.noise)
     free_noise_.push_back(!options_.ranges || noise.identifiable || noise.bounded);
   as_given = found.log_evidence - found.gain + constants;
-  return {true, found.log_evidence + constants, log_factors(found), std::move(built.of.problems)};
+  return {true, found.log_evidence + constants, log_factors(found), found.problems};
 }
 
 Calibration BuiltEvidence::calibrate(const Built& built, const std::vector<NoiseGroup>& groups,
@@ -139,8 +139,9 @@ Calibration BuiltEvidence::calibrate(const Built& built, const std::vector<Noise
   return found;
 }
 
-/// Evaluates the evidence with fixed noise factors; `factors` has all groups.
-Evidence::Value BuiltEvidence::evidence(const Built& built, const Eigen::VectorXd& factors) {
+/// Evaluates the evidence with fixed noise factors; `factors` has all groups. Sets `solved`, if not null, to the solved
+/// copies of the problems.
+Evidence::Value BuiltEvidence::evidence(const Built& built, const Eigen::VectorXd& factors, Problems* solved) {
   const auto free = indices_of(free_noise_, true);
   const auto groups = some_of(built.of.groups, free);
   CalibrationOptions options = inner(built);
@@ -151,6 +152,7 @@ Evidence::Value BuiltEvidence::evidence(const Built& built, const Eigen::VectorX
     int& to;
     ~Count() { to += of.solves(); }
   } const count{evidence, solves_};
+  if (solved) *solved = evidence.problems();
   return evidence.at(free.empty() ? Eigen::VectorXd() : Eigen::VectorXd(factors(free)));
 }
 
@@ -158,7 +160,7 @@ BuiltEvidence::Point BuiltEvidence::profile_of(const Built& built, const Eigen::
   const auto free = indices_of(free_noise_, true);
   Point point{true, 0, Eigen::VectorXd::Zero(Eigen::Index(free_noise_.size()))};
   if (free.empty()) {
-    const Evidence::Value value = evidence(built, factors);
+    const Evidence::Value value = evidence(built, factors, &point.solved);
     if (!value.usable)
       throw_without_result("calibrate: the problem cannot be solved with the given noise: " + value.why,
                            value.unobservable);
@@ -171,9 +173,9 @@ BuiltEvidence::Point BuiltEvidence::profile_of(const Built& built, const Eigen::
     options_.stop.check("calibrate");
     point.value = found.log_evidence;
     point.factors(free) = log_factors(found);
+    point.solved = found.problems;
   }
   point.value += built.constants;
-  point.solved = built.of.problems;
   return point;
 }
 

@@ -13,6 +13,8 @@ namespace tandem::detail {
 /// parameters. See calibrate_built().
 class BuiltEvidence {
  public:
+  using Problems = std::vector<std::shared_ptr<Problem>>;
+
   BuiltEvidence(const BuildProblems& build, const std::vector<BuiltParameter>& parameters,
                 const CalibrationOptions& options);
 
@@ -21,7 +23,7 @@ class BuiltEvidence {
     bool usable = false;
     double value = -HUGE_VAL;  ///< log evidence, with the priors
     Eigen::VectorXd factors;   ///< log factors of the noise groups; 0 if fixed
-    std::vector<std::shared_ptr<Problem>> solved{};
+    Problems solved{};         ///< copies of the problems
   };
   /// Calibrates the noise at the given parameters and returns the point. Sets `found` to the calibration, and
   /// `as_given` to the evidence with the given noise. With CalibrationOptions::ranges, unidentifiable groups are fixed
@@ -54,7 +56,7 @@ class BuiltEvidence {
   CalibrationOptions inner(const Built& built) const;
   double priors(const Eigen::VectorXd& x) const;
   Calibration calibrate(const Built& built, const std::vector<NoiseGroup>& groups, const CalibrationOptions& options);
-  Evidence::Value evidence(const Built& built, const Eigen::VectorXd& factors);
+  Evidence::Value evidence(const Built& built, const Eigen::VectorXd& factors, Problems* solved = nullptr);
   Point profile_of(const Built& built, const Eigen::VectorXd& factors);
   double at(const Eigen::VectorXd& x, const Point& point);
 

@@ -11,6 +11,7 @@
 #include <tandem/solvers/calibration/evidence.hpp>
 #include <tandem/solvers/calibration/flat_range.hpp>
 #include <tandem/solvers/calibration/log_factors.hpp>
+#include <tandem/solvers/calibration/saved_values.hpp>
 
 namespace tandem {
 namespace {
@@ -18,11 +19,12 @@ namespace {
 using namespace detail;
 
 // Steps and distances refer to log factors.
-constexpr double kLongestStep = 1.5;     // A factor of 4.5.
-constexpr double kDifferenceStep = 0.3;  // For the curvature, in units of the initial standard error.
-constexpr double kNear = 0.3;            // Within this distance of the maximum the evidence is nearly a parabola.
-constexpr double kSharp = 0.25;          // Standard error below which a maximum is certainly identifiable.
-constexpr double kMinImprovement = 1.0;  // Increase of the log evidence that makes another maximum worth a search.
+constexpr double kNegligibleGain = 0.01;  // Promised gain [nats] below which a failed line search is a maximum.
+constexpr double kLongestStep = 1.5;      // A factor of 4.5.
+constexpr double kDifferenceStep = 0.3;   // For the curvature, in units of the initial standard error.
+constexpr double kNear = 0.3;             // Within this distance of the maximum the evidence is nearly a parabola.
+constexpr double kSharp = 0.25;           // Standard error below which a maximum is certainly identifiable.
+constexpr double kMinImprovement = 1.0;   // Increase of the log evidence that makes another maximum worth a search.
 constexpr int kMaxRestarts = 2, kMaxHalvings = 8, kMaxRounds = 5;  // Rounds update counted_rows.
 
 class Search {
@@ -49,6 +51,7 @@ class Search {
     } catch (const Stopped&) {
       finish_interrupted();
     }
+    out_.problems = evidence_.problems();
     return std::move(out_);
   }
 
@@ -179,7 +182,10 @@ class Search {
         evidence_.at(theta_);
         if (!last_.why.empty() && out_.noise.empty())  // even the shortest step failed: there is no maximum here
           throw_unusable("with noise near the current estimate", last_);
-        return finish(Status::converged, "no step along the gradient increases the evidence");
+        // The gradient neglects the change of Jacobians, so it may promise a little more than there is.
+        if (0.5 * gradient.dot(step) < kNegligibleGain)
+          return finish(Status::converged, "the evidence is at its maximum");
+        return finish(Status::failed, "no step along the gradient increases the evidence");
       }
       const Eigen::VectorXd change = gradient - next->gradient(free);
       current_ = *next;
@@ -239,8 +245,7 @@ class Search {
       }
       last_ = evidence_.at(theta_);
       const Evidence::Value& next = last_;
-      // With Student's t the gradient neglects the change of H, so steps below the tolerance need no sufficient
-      // increase.
+      // The gradient is approximate, so steps below the tolerance need no sufficient increase.
       const double slack = 1e-9 * (1 + std::abs(current_.log_evidence));
       if (next.usable && next.log_evidence >= current_.log_evidence + 1e-4 * gradient.dot(taken) - slack) return next;
       if (taken.cwiseAbs().maxCoeff() <= options_.tolerance && next.usable &&
@@ -398,6 +403,18 @@ class Search {
 Calibration calibrate(std::span<Problem* const> problems, const std::vector<NoiseGroup>& groups,
                       const CalibrationOptions& options) {
   return Search(problems, groups, options).run();
+}
+
+void apply(const Calibration& found, std::span<Problem* const> problems, const std::vector<NoiseGroup>& groups) {
+  if (problems.size() != found.problems.size())
+    throw BadInputError("apply: the calibration has " + std::to_string(found.problems.size()) + " problems, not " +
+                        std::to_string(problems.size()));
+  for (const NoiseGroup& group : groups)
+    for (const NoiseRows& rows : group.rows) {
+      const Problem& solved = *found.problems[std::size_t(rows.problem)];
+      problem_at(problems, rows.problem).set_noise(rows.block, solved.noise(solved.counterpart(rows.block)));
+    }
+  for (std::size_t p = 0; p < problems.size(); ++p) copy_values(*found.problems[p], *problems[p]);
 }
 
 }  // namespace tandem

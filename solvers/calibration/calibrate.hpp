@@ -1,6 +1,7 @@
 #pragma once
 
 #include <functional>
+#include <memory>
 #include <span>
 #include <string>
 #include <utility>
@@ -31,16 +32,17 @@ struct CalibrationOptions {
   Eigen::VectorXd counted_rows{};
   /// The measurements. All other soft blocks are priors on the states. Priors may overlap (a level target that also
   /// rotates slowly), so their product is not normalised. The evidence is therefore divided by the integral of the
-  /// priors. That integral is computed with the measurements at 1e-6 of their information, which keeps it finite
-  /// (fractional Bayes factor, O'Hagan 1995). Empty: every block is a measurement or, like a motion model, a normalised
-  /// density.
+  /// priors. That integral is computed with the measurements at 1e-6 of their given information, which keeps it finite
+  /// (fractional Bayes factor, O'Hagan 1995) and independent of the measurements' factors. Empty: every block is a
+  /// measurement or, like a motion model, a normalised density.
   std::vector<MeasuredBlock> measured;
   /// Computes the integral of the priors more accurately, so that log_evidence can be compared between problems
-  /// (calibrate_built()). The measurements keep 1e-10 of their given information, and a Newton step from the solution
+  /// (calibrate_built()). The measurements keep 1e-16 of their given information, and a Newton step from the solution
   /// gives the minimal prior cost. With hard constraints, that cost is left out.
   bool absolute_evidence = false;
   /// Solves a problem, starting at the current values of its variables. Reports failure by a status that is not
-  /// converged, or throws Error. Default: gauss_newton, or augmented_lagrangian if there are hard blocks.
+  /// converged, or throws Error. Default: gauss_newton, or augmented_lagrangian if there are hard blocks. The problem is
+  /// a copy of the caller's: block handles and IDs are valid in it, and Problem::counterpart() returns its variables.
   std::function<Summary(Problem&)> solve;
   /// Called after each iteration with the factors (one per group) and the gain in log evidence over the given noise.
   std::function<void(int iteration, const Eigen::VectorXd& factors, double gain)> progress;
@@ -78,6 +80,9 @@ struct Calibration {
   double gain = 0;                     ///< Increase of the log evidence over the given noise.
   /// Includes the priors of the factors, excludes log_constants() of the given problems.
   double log_evidence = 0;
+  /// Copies of the problems with the calibrated noise, solved; after a stop, not necessarily solved. Block handles are
+  /// valid in them, and Problem::counterpart() returns their variables. apply() brings the result to other problems.
+  std::vector<std::shared_ptr<Problem>> problems;
   /// Number of rows of each group that the robust losses count (tandem::counted_rows).
   Eigen::VectorXd counted_rows;
   int iterations = 0, solves = 0;
@@ -96,17 +101,19 @@ struct Calibration {
 ///   inflate θ.
 /// - Z is the integral of the priors on the states (CalibrationOptions::measured), and p(θ) the prior of the factors.
 ///
-/// The derivative by the log factor of a group is Σ ρ′ (r² + J Σ Jᵀ) − n over its whitened rows. Here n is the number
-/// of counted rows, and Σ the selected inverse of H.
+/// Without a robust loss, the derivative by the log factor of a group is Σ (r² + J Σ Jᵀ) − n over its whitened rows.
+/// Here n is the number of counted rows, and Σ the selected inverse of H. Robust losses add the change of their weights
+/// ρ′ in H, directly and through x* (detail::LossTerms). The change of the Jacobians J with x* is neglected.
 ///
 /// Student's t: H has the expected curvature of the measured blocks. The evidence and its derivative include the first
 /// correction for the tails (detail::TailTerm), unless there are hard constraints.
 ///
 /// Steps are Newton steps with the average information (Gilmour, Thompson & Cullis 1995), or quasi-Newton steps with
-/// hard constraints. Each step is halved until the evidence grows. Standard errors come from differences of the
-/// derivative. The problems are left solved with the calibrated noise. Groups must not share rows.
+/// hard constraints. Each step is halved until the evidence grows; if it does not, the status is `failed`. Standard
+/// errors come from differences of the derivative. Groups must not share rows.
 ///
-/// If stopped, returns the best factors so far, without standard errors. Throws Error if
+/// Works on copies, so the given problems do not change; see Calibration::problems. If stopped, returns the best factors
+/// so far, without standard errors. Throws Error if
 /// - there is no problem or no group, or a group has no rows;
 /// - a row does not exist, is in two groups or belongs to a hard block;
 /// - a measured student_t loss is not a density (degrees_of_freedom());
@@ -117,6 +124,14 @@ inline Calibration calibrate(Problem& problem, const std::vector<NoiseGroup>& gr
                              const CalibrationOptions& options = {}) {
   Problem* const one[] = {&problem};
   return calibrate(std::span<Problem* const>(one), groups, options);
+}
+
+/// Sets the noise of the groups and the values of all variables to those of Calibration::problems. The problems and
+/// groups are those that were calibrated, or copies of them.
+void apply(const Calibration& found, std::span<Problem* const> problems, const std::vector<NoiseGroup>& groups);
+inline void apply(const Calibration& found, Problem& problem, const std::vector<NoiseGroup>& groups) {
+  Problem* const one[] = {&problem};
+  apply(found, std::span<Problem* const>(one), groups);
 }
 
 }  // namespace tandem

@@ -14,7 +14,8 @@ double counted_rows(const Loss& loss, int rows, double leverage) {
     const double x = (i + 0.5) * step, s = (1 - leverage) * x * x;
     const double density = std::pow(x, rows - 1) * std::exp(-0.5 * x * x);
     mass += density;
-    counted += density * loss(s).d1 * (s + leverage * rows);
+    const auto [rho, weight, change] = loss(s);
+    counted += density * (weight * s + (weight + change * s) * leverage * rows);
   }
   return counted / mass;
 }

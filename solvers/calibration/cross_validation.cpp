@@ -43,7 +43,9 @@ struct Found {
   // Problems built from the calibrated parameters, with nothing held out; empty without parameters.
   std::vector<std::shared_ptr<Problem>> built;
 };
-using Find = std::function<Found(const std::vector<HeldOutMeasurement>& fold, const CalibrationOptions& options)>;
+/// `problems`: with the given noise, except that the fold is held out.
+using Find = std::function<Found(std::span<Problem* const> problems, const std::vector<HeldOutMeasurement>& fold,
+                                 const CalibrationOptions& options)>;
 
 std::vector<Problem*> plain(const std::vector<std::shared_ptr<Problem>>& built) {
   std::vector<Problem*> all;
@@ -70,8 +72,9 @@ double HeldOutPrediction::log_density(const Loss& loss) const {
 CrossValidation cross_validate(std::span<Problem* const> problems, const std::vector<NoiseGroup>& groups,
                                const std::vector<std::vector<HeldOutMeasurement>>& folds,
                                const CalibrationOptions& options) {
-  const auto find = [&](const std::vector<HeldOutMeasurement>& fold, const CalibrationOptions& quick) {
-    return Found{calibrate(problems, without(groups, fold), quick), {}};
+  const auto find = [&](std::span<Problem* const> held, const std::vector<HeldOutMeasurement>& fold,
+                        const CalibrationOptions& quick) {
+    return Found{calibrate(held, without(detail::counterparts(held, groups), fold), quick), {}};
   };
   return cross_validate_by(problems, groups, folds, options, find);
 }
@@ -79,7 +82,8 @@ CrossValidation cross_validate(std::span<Problem* const> problems, const std::ve
 CrossValidation cross_validate(std::span<Problem* const> problems, const std::vector<NoiseGroup>& groups,
                                const std::vector<std::vector<HeldOutMeasurement>>& folds, const BuildProblems& build,
                                const std::vector<BuiltParameter>& parameters, const CalibrationOptions& options) {
-  const auto find = [&](const std::vector<HeldOutMeasurement>& fold, const CalibrationOptions& quick) {
+  const auto find = [&](std::span<Problem* const> held, const std::vector<HeldOutMeasurement>& fold,
+                        const CalibrationOptions& quick) {
     std::set<Key> out;
     for (const HeldOutMeasurement& m : fold) out.insert(key_of(m.problem, m.block));
     const BuildProblems build_without = [&](const Eigen::VectorXd& values) {
@@ -89,13 +93,13 @@ CrossValidation cross_validate(std::span<Problem* const> problems, const std::ve
       std::vector<Gaussian> ignored;
       const std::vector<Problem*> by = plain(built.problems);
       detail::hold_out(by, detail::counterparts(by, fold), ignored);
-      for (std::size_t p = 0; p < built.problems.size(); ++p) detail::copy_values(*problems[p], *built.problems[p]);
+      for (std::size_t p = 0; p < built.problems.size(); ++p) detail::copy_values(*held[p], *built.problems[p]);
       return built;
     };
     BuiltCalibration found = calibrate_built(build_without, parameters, quick);
     quick.stop.check(detail::kHeldOutTask);
     std::vector<std::shared_ptr<Problem>> built = build(found.values).problems;
-    for (std::size_t p = 0; p < built.size(); ++p) detail::copy_values(*problems[p], *built[p]);
+    for (std::size_t p = 0; p < built.size(); ++p) detail::copy_values(*held[p], *built[p]);
     return Found{std::move(found.noise), std::move(built)};
   };
   return cross_validate_by(problems, groups, folds, options, find);
@@ -103,30 +107,35 @@ CrossValidation cross_validate(std::span<Problem* const> problems, const std::ve
 
 namespace {
 
-CrossValidation cross_validate_by(std::span<Problem* const> problems, const std::vector<NoiseGroup>& groups,
+CrossValidation cross_validate_by(std::span<Problem* const> given, const std::vector<NoiseGroup>& given_groups,
                                   const std::vector<std::vector<HeldOutMeasurement>>& folds,
                                   const CalibrationOptions& options, const Find& find) {
   CrossValidation result;
   std::vector<double> gains;
+  std::vector<std::shared_ptr<Problem>> copies;
+  for (const Problem* problem : given) copies.push_back(std::make_shared<Problem>(problem->copy()));
+  const std::vector<Problem*> problems = plain(copies);
+  const std::vector<NoiseGroup> groups = detail::counterparts(problems, given_groups);
   for (std::size_t f = 0; f < folds.size(); ++f) {
     if (options.stop.reached()) {
       result.why = "stopped";
       return result;
     }
-    if (folds[f].empty()) continue;
+    const std::vector<HeldOutMeasurement> fold = detail::counterparts(problems, folds[f]);
+    if (fold.empty()) continue;
     detail::SavedNoise saved(problems, groups);
-    for (const HeldOutMeasurement& m : folds[f]) saved.save(m.problem, m.block);
+    for (const HeldOutMeasurement& m : fold) saved.save(m.problem, m.block);
     const auto predict = [&](std::span<Problem* const> by, std::vector<HeldOutPrediction>& all,
                              double& log_likelihood) {
       std::vector<Gaussian> noise;
-      const std::vector<HeldOutMeasurement> fold = detail::counterparts(by, folds[f]);
-      detail::hold_out(by, fold, noise);
+      const std::vector<HeldOutMeasurement> held = detail::counterparts(by, fold);
+      detail::hold_out(by, held, noise);
       if (const auto failed = detail::solve_all(by, options)) {
         result.why = failed->message;
         result.unobservable = describe(failed->unobservable);
         return false;
       }
-      all = detail::predictions(by, fold, f, noise, options.stop);
+      all = detail::predictions(by, held, f, noise, options.stop);
       for (const HeldOutPrediction& p : all) log_likelihood += p.log_likelihood;
       return true;
     };
@@ -135,7 +144,7 @@ CrossValidation cross_validate_by(std::span<Problem* const> problems, const std:
       if (predict(problems, by_given, result.given_log_likelihood)) {
         CalibrationOptions quick = options;
         quick.ranges = false;
-        const Found found = find(folds[f], quick);
+        const Found found = find(problems, fold, quick);
         options.stop.check(detail::kHeldOutTask);
         saved.restore();
         const std::vector<Problem*> built = plain(found.built);
@@ -159,10 +168,6 @@ CrossValidation cross_validate_by(std::span<Problem* const> problems, const std:
   result.complete = true;
   result.gain = result.found_log_likelihood - result.given_log_likelihood;
   result.gain_error = detail::standard_error_of_sum(gains);
-  try {
-    detail::solve_all(problems, options);
-  } catch (const Stopped&) {  // the result is complete
-  }
   return result;
 }
 

@@ -42,8 +42,8 @@ struct CrossValidation {
 };
 
 /// Cross-validates noise calibration. Predicts the measurements of each fold from all other data, with the given noise
-/// and with the noise calibrated on that other data. Measurements are held out by multiplying their noise by 10⁵. The
-/// problems keep their noise and are left solved. Throws Error like calibrate().
+/// and with the noise calibrated on that other data. Measurements are held out by multiplying their noise by 10⁵. Works
+/// on copies, so the problems do not change. Throws Error like calibrate().
 CrossValidation cross_validate(std::span<Problem* const> problems, const std::vector<NoiseGroup>& groups,
                                const std::vector<std::vector<HeldOutMeasurement>>& folds,
                                const CalibrationOptions& options = {});

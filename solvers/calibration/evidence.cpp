@@ -20,12 +20,9 @@ constexpr int kHalvings = 3;  // halvings of a change of noise that Gauss-Newton
 
 Evidence::Evidence(std::span<Problem* const> problems, const std::vector<NoiseGroup>& groups,
                    const CalibrationOptions& options)
-    : problems_(problems),
-      options_(options),
-      groups_(groups),
-      rows_(Eigen::VectorXd::Zero(Eigen::Index(groups.size()))),
-      counted_(rows_) {
+    : options_(options), groups_(groups), rows_(Eigen::VectorXd::Zero(Eigen::Index(groups.size()))), counted_(rows_) {
   if (problems.empty()) throw BadInputError("calibrate: no problem is given");
+  for (const Problem* problem : problems) problems_.push_back(std::make_shared<Problem>(problem->copy()));
   std::map<std::tuple<int, int, int>, std::size_t> known;  // index in members_
   for (std::size_t g = 0; g < groups.size(); ++g) {
     const NoiseGroup& group = groups[g];
@@ -39,8 +36,8 @@ Evidence::Evidence(std::span<Problem* const> problems, const std::vector<NoiseGr
       if (is_new) {
         const Gaussian given = problem.noise(rows.block);
         const int n = static_cast<int>(given.dim());
-        members_.push_back({rows.block, rows.problem, given, std::vector<int>(std::size_t(n), -1),
-                            std::vector<double>(std::size_t(n), 0.0)});
+        members_.push_back({problems_[std::size_t(rows.problem)]->counterpart(rows.block), rows.problem, given,
+                            std::vector<int>(std::size_t(n), -1), std::vector<double>(std::size_t(n), 0.0)});
       }
       std::vector<int>& of_row = members_[at->second].group;
       const int n = static_cast<int>(of_row.size()), end = rows.count < 0 ? n : rows.first + rows.count;
@@ -64,7 +61,7 @@ Evidence::Evidence(std::span<Problem* const> problems, const std::vector<NoiseGr
   std::set<std::tuple<int, int, int>> is_measured;
   for (const MeasuredBlock& m : options.measured) {
     const Problem& problem = detail::problem_at(problems, m.problem);
-    measured_[std::size_t(m.problem)].push_back(m.block);
+    measured_[std::size_t(m.problem)].push_back(problems_[std::size_t(m.problem)]->counterpart(m.block));
     is_measured.emplace(m.problem, m.block.pool, m.block.id);
     // Throws if it is not a density.
     log_constant(problem.loss(m.block), static_cast<int>(problem.noise(m.block).dim()));
@@ -129,7 +126,7 @@ void Evidence::set_noise(std::size_t problem, const Eigen::VectorXd& log_factors
       const int g = m.group[std::size_t(i)];
       factor[i] = g < 0 ? 1.0 : std::exp(log_factors[g]);
     }
-    problems_[std::size_t(m.problem)]->set_noise(m.block, m.given.scaled(factor));
+    problems_[problem]->set_noise(m.block, m.given.scaled(factor));
   }
 }
 
@@ -166,40 +163,38 @@ bool Evidence::update(std::size_t p, const Eigen::VectorXd& log_factors) {
 
 /// Adds the rows of a block to the gradient and the effective rows. With W = W₀ D⁻¹ and D the diagonal of factors,
 /// ∂(W r)/∂log D_i = −w_i r_i, where w_i is column i of W.
-void Evidence::add(const Member& member, const LaplaceApproximation& laplace, const Tails& tails, Value& value) const {
+void Evidence::add(const Member& member, const LaplaceApproximation& laplace, const LossTerms& losses,
+                   Value& value) const {
   const Problem& problem = *problems_[std::size_t(member.problem)];
   const Problem::Linearization at = problem.linearization(member.block);
   const Eigen::MatrixXd W = problem.noise(member.block).sqrt_information();
-  const double weight = problem.weight(member.block);
+  const Loss loss = problem.loss(member.block);
   const Eigen::MatrixXd& J = at.jacobian;
   Eigen::MatrixXd S = laplace.covariances().joint(at.variable_ids, at.dofs);
-  if (laplace.has_prior_term())
-    S -= (!member.measured             ? 1.0
-          : options_.absolute_evidence ? 0.0
-                                       : 1 / (kDownweight * kDownweight)) *
-         laplace.prior_covariances().joint(at.variable_ids, at.dofs);
   const Eigen::MatrixXd information = W.transpose() * W;
   Eigen::VectorXd squares = (information * at.residual).cwiseProduct(at.residual);
-  Eigen::VectorXd tail = Eigen::VectorXd::Zero(squares.size());
-  if (tails.any()) {
-    S -= 2 * tails.hessian_derivative(at.variable_ids, at.dofs);
-    tail = tails.noise_derivative(laplace, member.block, at);
+  const auto [rho, weight, change] = loss(squares.sum());
+  Eigen::VectorXd other = Eigen::VectorXd::Zero(squares.size());
+  if (losses.any()) {
+    S -= 2 * losses.hessian_derivative(at.variable_ids, at.dofs);
+    other = losses.noise_derivative(laplace, member.block, at);
   }
-  Eigen::VectorXd shares = (information * J * S).cwiseProduct(J).rowwise().sum();
+  Eigen::MatrixXd V = J * S * J.transpose();
+  if (laplace.has_prior_term() && !member.measured)
+    V -= laplace.prior_covariances().propagated(J, at.variable_ids, at.dofs);
+  Eigen::VectorXd shares = weight * (information * V).diagonal();
+  if (change != 0) shares += change / weight * shares.sum() * squares;  // of the weight with the noise
+  if (losses.of(member.block)) shares *= expected_curvature(loss);
   if (!member.measured && laplace.prior_step().size() > 0) {
     const Eigen::VectorXd prior_residual =
         at.residual + J * block_part(laplace.nlp(), at.variable_ids, at.dofs, J.cols(), laplace.prior_step());
     squares -= (information * prior_residual).cwiseProduct(prior_residual);
   }
-  if (tails.of(member.block)) {
-    const Loss loss = problem.loss(member.block);
-    shares = expected_curvature(loss) * (shares - weight / (loss.scale * loss.scale) * shares.sum() * squares);
-  }
   for (Eigen::Index i = 0; i < at.residual.size(); ++i) {
     const int g = member.group[std::size_t(i)];
     if (g < 0) continue;
-    value.gradient[g] += weight * (squares[i] + shares[i]) + tail[i];
-    value.effective_rows[g] -= weight * shares[i];
+    value.gradient[g] += weight * squares[i] + shares[i] + other[i];
+    value.effective_rows[g] -= shares[i];
   }
 }
 
@@ -233,15 +228,16 @@ std::optional<Eigen::MatrixXd> Evidence::information() {
   Eigen::MatrixXd sum = Eigen::MatrixXd::Zero(rows_.size(), rows_.size());
   for (const Member& m : members_) add_information(m, gradients[std::size_t(m.problem)], sum);
   for (std::size_t p = 0; p < problems_.size(); ++p) {
-    LaplaceApproximation& laplace = *laplace_[p];
-    Eigen::MatrixXd solved = gradients[p];
-    if (!laplace.solve(solved, false)) return {};
-    sum -= gradients[p].transpose() * solved;
-    if (!laplace.has_prior_term()) continue;
-    const Eigen::MatrixXd prior_gradients = gradients[p] * prior_only_.asDiagonal();
-    solved = prior_gradients;
-    if (!laplace.solve(solved, true)) return {};
-    sum += prior_gradients.transpose() * solved;
+    const LaplaceApproximation& laplace = *laplace_[p];
+    if (!laplace.by_steps()) return {};
+    const auto add = [&](double factor, const LaplaceApproximation::Covariances& covariances,
+                         const Eigen::VectorXd& columns) {
+      const Eigen::MatrixXd C = gradients[p] * columns.asDiagonal();
+      for (Eigen::Index g = 0; g < C.cols(); ++g)
+        if (columns[g] != 0) sum.col(g) += factor * C.transpose() * covariances.times(C.col(g));
+    };
+    add(-1, laplace.covariances(), Eigen::VectorXd::Ones(rows_.size()));
+    if (laplace.has_prior_term()) add(1, laplace.prior_covariances(), prior_only_);
   }
   return Eigen::MatrixXd(sum + sum.transpose());
 }
@@ -256,7 +252,7 @@ void Evidence::add_members(Value& value) const {
     const std::size_t end = members_.size() * std::size_t(task + 1) / kMaxTasks;
     for (std::size_t i = begin; i < end; ++i) {
       const auto p = std::size_t(members_[i].problem);
-      add(members_[i], *laplace_[p], tails_[p], part);
+      add(members_[i], *laplace_[p], losses_[p], part);
     }
   });
   for (const Value& part : parts) {
@@ -267,7 +263,7 @@ void Evidence::add_members(Value& value) const {
 
 Evidence::Value Evidence::at(const Eigen::VectorXd& log_factors) {
   create_approximations();
-  tails_.resize(problems_.size());
+  losses_.resize(problems_.size());
   Value value;
   value.gradient = -counted_;
   value.effective_rows = counted_;
@@ -279,11 +275,11 @@ Evidence::Value Evidence::at(const Eigen::VectorXd& log_factors) {
       return value;
     }
     value.log_evidence -= laplace.cost() + 0.5 * laplace.covariances().log_determinant();
-    if (!tails_[p].find(laplace)) {
+    if (!losses_[p].find(laplace)) {
       value.why = "the Hessian is numerically singular";
       return value;
     }
-    value.log_evidence += tails_[p].value();
+    value.log_evidence += losses_[p].value();
     if (laplace.has_prior_term())
       value.log_evidence += 0.5 * laplace.prior_covariances().log_determinant() + laplace.prior_cost();
   }

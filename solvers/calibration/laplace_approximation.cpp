@@ -1,5 +1,6 @@
 #include <cmath>
 #include <numeric>
+#include <set>
 
 #include <Eigen/Cholesky>
 
@@ -12,20 +13,46 @@
 namespace tandem::detail {
 namespace {
 
-constexpr double kRegularization = 1e-9;           // relative to the diagonal of the Hessian
-constexpr double kAbsoluteRegularization = 1e-12;  // for absolute_evidence: just above rounding
+constexpr double kRounding = 1e-16;      // relative error of an entry of a Hessian
+constexpr double kMaxPriorError = 1e-5;  // accepted bound of the error of the log determinant by rounding
 constexpr const char* kTask = "calibrate";
-constexpr int kMaxSteps = 20, kMaxHalvings = 4;
+constexpr int kMaxSteps = 30, kMaxHalvings = 4;
+constexpr double kMaxRate = 0.95;  // of the convergence with robust losses
 // Converged if the predicted relative decrease of the cost is smaller: 1e-4 of a relevant change of the evidence.
 constexpr double kConverged = 2e-9;
-// Tolerance with Student's t, where the Hessian depends on the solution to first order.
-constexpr double kConvergedWithTails = 1e-13;
+// With robust losses, where the Hessian depends on the solution to first order.
+constexpr double kConvergedWithLosses = 1e-13;
+
+/// Returns the soft blocks with a robust loss.
+std::vector<Block> blocks_with_loss(const Problem& problem) {
+  std::vector<int> ids(std::size_t(problem.id_bound()));
+  std::iota(ids.begin(), ids.end(), 0);
+  std::vector<Block> blocks = problem.soft_blocks_reading(ids);
+  std::erase_if(blocks, [&](const Block& block) { return problem.loss(block).kind == Loss::Kind::none; });
+  return blocks;
+}
+
+/// Returns the columns of J of the variables that are not fixed, and appends their blocks in the pattern.
+Eigen::MatrixXd free_columns(const NlpEvaluator& nlp, const Eigen::MatrixXd& J, const std::vector<int>& variable_ids,
+                             const std::vector<int>& dofs, std::vector<int>& blocks) {
+  Eigen::MatrixXd used(J.rows(), J.cols());
+  Eigen::Index column = 0, n = 0;
+  for (std::size_t v = 0; v < dofs.size(); column += dofs[v++]) {
+    const int k = nlp.block_of(variable_ids[v]);
+    if (k < 0) continue;
+    blocks.push_back(k);
+    used.middleCols(n, dofs[v]) = J.middleCols(column, dofs[v]);
+    n += dofs[v];
+  }
+  return used.leftCols(n);
+}
 
 }  // namespace
 
 LaplaceApproximation::LaplaceApproximation(Problem& problem, const CalibrationOptions& options,
                                            std::vector<Block> measured)
     : problem_(problem),
+      saved_values_(problem),
       options_(options),
       measured_(std::move(measured)),
       by_steps_(!options.solve && problem.num_hard_blocks() == 0),
@@ -34,15 +61,22 @@ LaplaceApproximation::LaplaceApproximation(Problem& problem, const CalibrationOp
       inverse_(pattern()),
       prior_inverse_(pattern()),
       gradient_(nlp_.num_unknowns()),
+      prior_gradient_(nlp_.num_unknowns()),
       prior_hessian_(static_cast<Eigen::Index>(measured_.empty() ? 0 : nlp_.hessian_pattern().nonzeros())),
       hessian_(nlp_.hessian_pattern().nonzeros()),
+      prior_diagonal_(nlp_.num_unknowns()),
       step_(nlp_.num_unknowns()) {
-  for (const Block& block : measured_)
-    if (by_steps_ && problem.loss(block).kind == Loss::Kind::student_t) student_t_blocks_.push_back(block);
-  if (!options.absolute_evidence) return;
-  for (const Block& block : measured_) downweighted_.push_back(problem.noise(block).scaled(kAbsoluteDownweight));
-  nlp_.linearize(gradient_, hessian_);
-  set_regularization(kAbsoluteRegularization);
+  const double downweight = options.absolute_evidence ? kAbsoluteDownweight : kDownweight;
+  for (const Block& block : measured_) downweighted_.push_back(problem.noise(block).scaled(downweight));
+  std::set<std::pair<int, int>> is_measured;
+  for (const Block& block : measured_) is_measured.emplace(block.pool, block.id);
+  for (const Block& block : blocks_with_loss(problem)) {
+    const bool of_measurement = is_measured.contains({block.pool, block.id});
+    if (of_measurement && by_steps_ && problem.loss(block).kind == Loss::Kind::student_t)
+      student_t_blocks_.push_back(block);
+    else
+      weighted_blocks_.emplace_back(block, of_measurement);
+  }
 }
 
 /// The pattern to be analysed. Checks for a stop first, because the analysis of many keyframes takes long.
@@ -51,11 +85,10 @@ const SymmetricPattern& LaplaceApproximation::pattern() const {
   return nlp_.hessian_pattern();
 }
 
-void LaplaceApproximation::save_values() { saved_values_.emplace(problem_); }
+void LaplaceApproximation::save_values() { saved_values_ = SavedValues(problem_); }
 
 void LaplaceApproximation::restore_values() {
-  if (!saved_values_) return;
-  saved_values_->copy_to(problem_);
+  saved_values_.copy_to(problem_);
   near_solution_ = true;
   linearized_ = false;
 }
@@ -72,7 +105,7 @@ bool LaplaceApproximation::update() {
     unobservable_ = describe(summary.unobservable);
     why_ = summary.converged() ? "the problem is rank deficient; unobservable: " + unobservable_ : summary.message;
   }
-  if (near_solution_ && !student_t_blocks_.empty()) update_by_steps();  // tighter than the solver's tolerance
+  if (near_solution_ && has_losses()) update_by_steps();  // tighter than the solver's tolerance
   return near_solution_;
 }
 
@@ -85,6 +118,7 @@ bool LaplaceApproximation::update_by_steps() {
     nlp_.reset();
     nlp_.save();
     double last = HUGE_VAL;  // predicted decrease of the previous step
+    bool lengthened = true;  // the previous step is not a plain one
     for (int k = 0; k < kMaxSteps; ++k) {
       options_.stop.check(kTask);
       cost_ = nlp_.linearize(gradient_, hessian_);
@@ -93,9 +127,11 @@ bool LaplaceApproximation::update_by_steps() {
       cholesky_.solve(step_);
       const double gain = -0.5 * gradient_.dot(step_);
       if (!(gain >= 0)) break;
+      if (gain <= (has_losses() ? kConvergedWithLosses : kConverged) * (1 + cost_)) return linearized_ = true;
       const bool converged = gain <= kConverged * (1 + cost_);
-      if (converged && (student_t_blocks_.empty() || gain <= kConvergedWithTails * (1 + cost_) || gain > 0.5 * last))
-        return linearized_ = true;  // or limited by rounding
+      // Robust losses make steps too short by a constant factor, which the decrease of the gain reveals.
+      lengthened = has_losses() && !lengthened && gain < last;
+      if (lengthened) step_ /= 1 - std::min(std::sqrt(gain / last), kMaxRate);
       last = gain;
       nlp_.move_to(step_);
       for (int shorter = 0; !converged && !(nlp_.cost() < cost_); ++shorter) {
@@ -122,24 +158,17 @@ bool LaplaceApproximation::update_by_steps() {
 class LaplaceApproximation::DownweightedMeasurements {
  public:
   explicit DownweightedMeasurements(LaplaceApproximation& laplace) : laplace_(laplace) {
-    const bool whole = !laplace.downweighted_.empty();
-    for (std::size_t i = 0; i < laplace.measured_.size(); ++i) {
-      const Block& block = laplace.measured_[i];
-      const Gaussian noise = laplace.problem_.noise(block);
-      if (whole) noise_.push_back(noise);
-      laplace.problem_.set_noise(block, whole ? laplace.downweighted_[i] : noise.scaled(kDownweight));
-    }
+    for (const Block& block : laplace.measured_) noise_.push_back(laplace.problem_.noise(block));
+    set(laplace.downweighted_);
   }
-  ~DownweightedMeasurements() {
-    for (std::size_t i = 0; i < laplace_.measured_.size(); ++i) {
-      const Block& block = laplace_.measured_[i];
-      laplace_.problem_.set_noise(block,
-                                  noise_.empty() ? laplace_.problem_.noise(block).scaled(1 / kDownweight) : noise_[i]);
-    }
-  }
+  ~DownweightedMeasurements() { set(noise_); }
   DownweightedMeasurements(const DownweightedMeasurements&) = delete;
 
  private:
+  void set(const std::vector<Gaussian>& noise) {
+    for (std::size_t i = 0; i < noise.size(); ++i) laplace_.problem_.set_noise(laplace_.measured_[i], noise[i]);
+  }
+
   LaplaceApproximation& laplace_;
   std::vector<Gaussian> noise_;
 };
@@ -193,9 +222,10 @@ bool LaplaceApproximation::find_covariances() {
         if (which == 0)
           found = inverse_.compute(hessian_, {}, check);
         else
-          found_prior = prior_inverse_.compute(prior_hessian_, {}, check);
+          found_prior = invert_prior();
       };
       task_runner_.run(beliefs ? 2 : 1, invert);
+      if (found_prior) find_prior_minimum();
     }
     // Marginals resolve weak pivots, or report which variable is unobservable.
     if (!found) marginals_.emplace(problem_, std::span<const Marginals::Pair>(), options_.stop).require_regular();
@@ -227,18 +257,44 @@ void LaplaceApproximation::linearize() {
   }
   if (!has_prior_term()) return;
   const DownweightedMeasurements downweighted(*this);
-  const double cost = nlp_.linearize(step_, prior_hessian_);
-  regularize_prior_hessian();
-  if (options_.absolute_evidence) compute_prior_step(cost);
+  cost_of_priors_ = nlp_.linearize(prior_gradient_, prior_hessian_);
 }
 
-void LaplaceApproximation::compute_prior_step(double cost) {
+/// Inverts the Hessian of the priors. Without measurements, a chain has a condition number that grows with the fourth
+/// power of its length, so that the Hessian may not even be numerically positive. If rounding affects the result, uses
+/// the rows instead, from then on.
+bool LaplaceApproximation::invert_prior() {
+  const auto check = [this] { options_.stop.check(kTask); };
+  if (!prior_by_rows_) {
+    const bool found = prior_inverse_.compute(prior_hessian_, {}, check);
+    hessian_diagonal(nlp_.hessian_pattern(), prior_hessian_, prior_diagonal_);
+    if (found && kRounding * prior_inverse_.trace_of_product(prior_diagonal_) <= kMaxPriorError) return true;
+    prior_by_rows_ = true;
+  }
+  return prior_inverse_.compute_from_rows(prior_rows(), check);
+}
+
+void LaplaceApproximation::find_prior_minimum() {
   prior_cost_ = 0;
   prior_step_.resize(0);
-  if (!cholesky_.factorize(prior_hessian_)) return;
-  prior_step_ = -step_;
-  cholesky_.solve(prior_step_);
-  prior_cost_ = cost + 0.5 * step_.dot(prior_step_);
+  if (!options_.absolute_evidence) return;
+  prior_step_ = prior_by_rows_ ? prior_inverse_.minimizer() : Eigen::VectorXd(-prior_inverse_.times(prior_gradient_));
+  prior_cost_ =
+      cost_of_priors_ - (prior_by_rows_ ? prior_inverse_.decrease() : -0.5 * prior_gradient_.dot(prior_step_));
+}
+
+/// Returns the rows of all soft blocks, with downweighted measurements.
+std::vector<WhitenedRows> LaplaceApproximation::prior_rows() {
+  const DownweightedMeasurements downweighted(*this);
+  std::vector<WhitenedRows> all;
+  for (const Block& block : problem_.blocks()) {
+    const Problem::Linearization at = problem_.linearization(block);
+    const Eigen::MatrixXd W = std::sqrt(problem_.weight(block)) * problem_.noise(block).sqrt_information();
+    WhitenedRows& rows = all.emplace_back();
+    rows.r = W * at.residual;
+    rows.J = free_columns(nlp_, W * at.jacobian, at.variable_ids, at.dofs, rows.blocks);
+  }
+  return all;
 }
 
 bool LaplaceApproximation::invert_perturbed(const std::vector<Eigen::MatrixXd>& perturbations,
@@ -251,38 +307,21 @@ bool LaplaceApproximation::invert_perturbed(const std::vector<Eigen::MatrixXd>& 
   return inverse.compute(hessian, {}, [this] { options_.stop.check(kTask); });
 }
 
-bool LaplaceApproximation::factorize(bool prior) {
-  return by_steps_ && cholesky_.factorize(prior ? prior_hessian_ : hessian_);
-}
-
-bool LaplaceApproximation::solve(Eigen::MatrixXd& columns, bool prior) {
-  if (!factorize(prior)) return false;
-  for (Eigen::Index i = 0; i < columns.cols(); ++i) {
-    step_ = columns.col(i);
-    cholesky_.solve(step_);
-    columns.col(i) = step_;
-  }
-  return true;
-}
-
-void LaplaceApproximation::set_regularization(double share) {
-  regularization_.resize(nlp_.hessian_pattern().size());
-  hessian_diagonal(nlp_.hessian_pattern(), hessian_, regularization_);
-  regularization_ *= share;
-}
-
-/// Bounds the directions that neither the prior nor the downweighted measurements determine numerically. The amount
-/// does not depend on the noise factors.
-void LaplaceApproximation::regularize_prior_hessian() {
-  const SymmetricPattern& pattern = nlp_.hessian_pattern();
-  if (regularization_.size() == 0) set_regularization(kRegularization);
-  for (int k = 0; k < pattern.num_blocks(); ++k)
-    for (int i = 0; i < pattern.width(k); ++i)
-      prior_hessian_[pattern.diagonal(k, i)] += regularization_[pattern.first[std::size_t(k)] + i];
-}
-
 double LaplaceApproximation::Covariances::log_determinant() const {
   return marginals ? marginals->log_determinant() : inverse->log_determinant();
+}
+
+Eigen::MatrixXd LaplaceApproximation::Covariances::propagated(const Eigen::MatrixXd& J,
+                                                              const std::vector<int>& variable_ids,
+                                                              const std::vector<int>& dofs) const {
+  if (marginals) return marginals->propagated(J, variable_ids, dofs);
+  std::vector<int> blocks;
+  const Eigen::MatrixXd used = free_columns(*nlp, J, variable_ids, dofs, blocks);
+  return inverse->propagated(blocks, used);
+}
+
+Eigen::VectorXd LaplaceApproximation::Covariances::times(const Eigen::VectorXd& x) const {
+  return marginals ? marginals->times(x) : inverse->times(x);
 }
 
 Eigen::MatrixXd LaplaceApproximation::Covariances::joint(const std::vector<int>& variable_ids,

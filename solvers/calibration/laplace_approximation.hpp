@@ -12,10 +12,10 @@
 
 namespace tandem::detail {
 
-/// Factors on the noise of the measurements while the integral of the priors is computed. The first leaves 1e-6 of the
-/// current information. The second, for CalibrationOptions::absolute_evidence, leaves 1e-10 of the given information,
-/// so that the integral does not depend on the noise factors.
-inline constexpr double kDownweight = 1e3, kAbsoluteDownweight = 1e5;
+/// Factors on the given noise of the measurements while the integral of the priors is computed. The first leaves 1e-6
+/// of their information. The second, for CalibrationOptions::absolute_evidence, leaves 1e-16. The noise is the given
+/// one, so that the integral does not depend on the noise factors of the measurements.
+inline constexpr double kDownweight = 1e3, kAbsoluteDownweight = 1e8;
 
 /// The solution of a problem and the covariances there, updated as the noise changes. Sparsity patterns are analysed
 /// once. Near the last solution, Gauss-Newton steps suffice, unless there are hard blocks or CalibrationOptions::solve
@@ -37,8 +37,9 @@ class LaplaceApproximation {
   bool find_covariances();
   const std::string& why() const { return why_; }                    ///< the reason of the last failure
   const std::string& unobservable() const { return unobservable_; }  ///< the directions, if these are the reason
-  /// Saves the values of the variables for restore_values(). Needed because some noise leads to a solution without
-  /// covariances that later solves cannot leave, e.g. a target that coincides with the chaser.
+  /// Saves the values of the variables for restore_values(); initially those at construction. Needed because some noise
+  /// leads to a solution without covariances that later solves cannot leave, e.g. a target that coincides with the
+  /// chaser.
   void save_values();
   void restore_values();
 
@@ -52,6 +53,12 @@ class LaplaceApproximation {
     double log_determinant() const;  ///< log det of the Hessian
     /// Returns the joint covariance of variables, stacked in the order of their ids; zero for fixed variables.
     Eigen::MatrixXd joint(const std::vector<int>& variable_ids, const std::vector<int>& dofs) const;
+    /// Returns J S Jᵀ for the joint covariance S of variables; accurate where J observes only differences of states with
+    /// large variances.
+    Eigen::MatrixXd propagated(const Eigen::MatrixXd& J, const std::vector<int>& variable_ids,
+                               const std::vector<int>& dofs) const;
+    /// Returns the product of the covariance of all unknowns and a vector.
+    Eigen::VectorXd times(const Eigen::VectorXd& x) const;
   };
   Covariances covariances() const { return {&nlp_, &inverse_, marginals_ ? &*marginals_ : nullptr}; }
   Covariances prior_covariances() const {
@@ -63,15 +70,13 @@ class LaplaceApproximation {
   double prior_cost() const { return prior_cost_; }
   const Eigen::VectorXd& prior_step() const { return prior_step_; }
   const NlpEvaluator& nlp() const { return nlp_; }
-  /// Solves in place with the Hessian of the last find_covariances(), or with the prior Hessian. Returns false if there
-  /// are hard blocks, or if it cannot be factorised.
-  bool solve(Eigen::MatrixXd& columns, bool prior);
-  /// The two steps of solve(), for one column at a time.
-  bool factorize(bool prior);
-  void solve_factorized(Eigen::VectorXd& column) { cholesky_.solve(column); }
   /// Measurements with a Student's t loss. The Hessian has their expected_curvature(). Empty if there are hard blocks,
   /// or if CalibrationOptions::solve is given.
   const std::vector<Block>& student_t_blocks() const { return student_t_blocks_; }
+  /// The other blocks with a robust loss, and whether each is a measurement. The Hessian has their weights ρ′.
+  const std::vector<std::pair<Block, bool>>& weighted_blocks() const { return weighted_blocks_; }
+  /// Returns false if there are hard blocks, or if CalibrationOptions::solve is given.
+  bool by_steps() const { return by_steps_; }
   /// Inverts the Hessian of the last find_covariances() plus Σ (W J)ᵀ T (W J) over student_t_blocks(). T is the
   /// perturbation of a block and W its whitening matrix. Returns false if the sum cannot be inverted.
   bool invert_perturbed(const std::vector<Eigen::MatrixXd>& perturbations, SelectedInverse& inverse);
@@ -81,16 +86,18 @@ class LaplaceApproximation {
   class DownweightedMeasurements;
   class ExpectedCurvature;
   void linearize();
-  void set_regularization(double share);
-  void regularize_prior_hessian();
-  void compute_prior_step(double cost);
+  bool has_losses() const { return !student_t_blocks_.empty() || !weighted_blocks_.empty(); }
+  bool invert_prior();
+  void find_prior_minimum();
+  std::vector<WhitenedRows> prior_rows();
 
   Problem& problem_;
-  std::optional<SavedValues> saved_values_;
+  SavedValues saved_values_;
   const CalibrationOptions& options_;
   std::vector<Block> measured_;
-  std::vector<Gaussian> downweighted_;  // noise of each, for absolute_evidence
+  std::vector<Gaussian> downweighted_;  // noise of each for the integral of the priors
   std::vector<Block> student_t_blocks_;
+  std::vector<std::pair<Block, bool>> weighted_blocks_;
   bool by_steps_;  // Gauss-Newton steps are allowed
   bool near_solution_ = false;
   NlpEvaluator nlp_;
@@ -98,9 +105,11 @@ class LaplaceApproximation {
   BlockCholesky cholesky_;
   SelectedInverse inverse_, prior_inverse_;
   std::optional<Marginals> marginals_, prior_marginals_;  // if not by_steps_, or after weak pivots
-  Eigen::VectorXd gradient_, prior_hessian_, hessian_, step_, regularization_;
+  Eigen::VectorXd gradient_, prior_gradient_, prior_hessian_, hessian_, prior_diagonal_, step_;
   bool linearized_ = false;  // hessian_ is up to date
-  double cost_ = 0, prior_cost_ = 0;
+  bool prior_by_rows_ = false;
+  double cost_ = 0, cost_of_priors_ = 0;
+  double prior_cost_ = 0;
   Eigen::VectorXd prior_step_;
   std::string why_, unobservable_;
 };

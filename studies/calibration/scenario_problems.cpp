@@ -122,6 +122,7 @@ Calibration ScenarioProblems::calibrate(const CalibrationOptions& given, std::ve
   std::vector<CalibratedNoise> model_results;
   if (model_parameters_.empty()) {
     found = tandem::calibrate(raw_problems_, noise_.groups, options);
+    apply(found, raw_problems_, noise_.groups);
   } else {
     BuiltCalibration built =
         calibrate_built([this](const Eigen::VectorXd& values) { return build(values); }, built_parameters(), options);

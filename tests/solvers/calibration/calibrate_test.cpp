@@ -132,7 +132,7 @@ TEST(Calibrate, FailedSolvesDoNotBoundARange) {
   CalibrationOptions options;
   options.solve = [&](Problem& problem) {
     if (std::abs(std::log(problem.noise(row).covariance_matrix()(0, 0) / (0.3 * 0.3))) < 1) return solve(problem, {});
-    problem.set_value(bias, Number(Vector<1>(1e3)));
+    problem.set_value(problem.counterpart(bias), Number(Vector<1>(1e3)));
     return Summary();
   };
   const Calibration found = calibrate(walk.problem, {{"alone", {{row}}, 1.0}, walk.fixes}, options);
@@ -160,6 +160,71 @@ TEST(Calibrate, ThrowsIfNoStepCanBeSolved) {
     FAIL();
   } catch (const Error& error) {
     EXPECT_THAT(error.what(), HasSubstr("cannot be solved with noise near the current estimate: the sky fell"));
+  }
+}
+
+/// A solver that reports a higher cost at each call: no step increases the evidence.
+TEST(Calibrate, AFailedLineSearchIsAFailure) {
+  Walk walk(6, 100);
+  walk.given_fix_sigma = 3;
+  walk.build();
+  CalibrationOptions options;
+  double excess = 0;
+  options.solve = [&](Problem& problem) {
+    Summary summary = solve(problem, {});
+    summary.cost += excess += 100;
+    return summary;
+  };
+  const Calibration found = calibrate(walk.problem, {walk.fixes}, options);
+  EXPECT_EQ(found.status, Status::failed);
+  EXPECT_THAT(found.message, HasSubstr("no step"));
+}
+
+/// Some solves fail and change values, also of a group that the library does not name.
+TEST(Calibrate, NeverChangesTheProblems) {
+  using R4 = Rn<4>;
+  const Vector<4> away(9, 9, 9, 9);
+  enum class End { success, interruption, exception, no_solution };
+  for (const End end : {End::success, End::interruption, End::exception, End::no_solution}) {
+    Walk walk(6, 60);
+    walk.given_fix_sigma = 3;
+    walk.build();
+    const auto other = walk.problem.add(R4(Vector<4>(1, 2, 3, 4)));
+    walk.problem.minimize(Prior<R4>{R4(Vector<4>(0, 0, 0, 1))}, Gaussian(Vector<4>::Ones()), {other});
+    const std::vector<NoiseGroup> groups{walk.steps, walk.fixes};
+    const Block fix = walk.fixes.rows[0].block;
+    const double start = walk.problem.value(walk.variables[7]).vector()[0];
+    std::atomic<bool> stop = false;
+    CalibrationOptions options;
+    options.stop = Stop(&stop);
+    int calls = 0;
+    options.solve = [&](Problem& problem) {
+      if (++calls % 4 != 2 && end != End::no_solution) return solve(problem, {});
+      problem.set_value(problem.counterpart(other), R4(away));
+      return Summary();
+    };
+    options.progress = [&](int iteration, const Eigen::VectorXd&, double) {
+      if (end == End::exception && iteration == 2) throw std::runtime_error("from a callback");
+      stop = end == End::interruption;
+    };
+    Calibration found;
+    try {
+      found = calibrate(walk.problem, groups, options);
+      EXPECT_EQ(found.status, end == End::success ? Status::converged : Status::interrupted) << found.message;
+    } catch (const std::runtime_error&) {
+      EXPECT_TRUE(end == End::exception || end == End::no_solution);
+    }
+    EXPECT_EQ(walk.problem.value(walk.variables[7]).vector()[0], start);
+    EXPECT_EQ(walk.problem.value(other).vector(), Vector<4>(1, 2, 3, 4));
+    EXPECT_EQ(walk.problem.noise(fix).covariance_matrix()(0, 0), 9);
+    if (end != End::success) continue;
+    const Problem& solved = *found.problems.at(0);
+    EXPECT_NEAR(std::sqrt(solved.noise(fix).covariance_matrix()(0, 0)), 3 * found.noise[1].factor, 1e-9);
+    EXPECT_NEAR((solved.value(solved.counterpart(other)).vector() - Vector<4>(0, 0, 0, 1)).norm(), 0, 1e-9);
+    apply(found, walk.problem, groups);
+    EXPECT_EQ(walk.problem.noise(fix).covariance_matrix(), solved.noise(fix).covariance_matrix());
+    EXPECT_EQ(walk.problem.value(walk.variables[7]).vector(),
+              solved.value(solved.counterpart(walk.variables[7])).vector());
   }
 }
 

@@ -26,7 +26,7 @@ TEST(CountedRows, IsTheMeanUnderNormalNoise) {
       for (int i = 0; i < n; ++i) {
         double s = 0;
         for (int k = 0; k < rows; ++k) s += (1 - leverage) * std::pow(normal(random), 2);
-        const double x = loss(s).d1 * (s + leverage * rows);
+        const double x = loss(s).d1 * s + (loss(s).d1 + loss(s).d2 * s) * leverage * rows;
         sum += x;
         squares += x * x;
       }

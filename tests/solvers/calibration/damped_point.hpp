@@ -105,7 +105,7 @@ struct DampedPoint : Truth {
           const double dt1 = t[k - 1] - t[k - 2], share = dt2 / dt1 * std::exp(-0.5 * (dt1 + dt2) / values[0]);
           F(0, 0) = 1 + share;
           F(0, 1) = -share;
-          Q(0, 0) = q * q * dt2 * dt2 * 0.5 * values[0] * (1 - std::exp(-(dt1 + dt2) / values[0]));
+          Q(0, 0) = q * q * dt2 * dt2 * -0.5 * values[0] * std::expm1(-(dt1 + dt2) / values[0]);
         } else {
           Q(0, 0) = initial_sigma * initial_sigma;  // prior of the second position
         }

@@ -72,6 +72,48 @@ TEST(Evidence, NormalisesOverlappingPriors) {
   }
 }
 
+/// A wide prior leaves directions that only measurements determine. The integral of the priors then depends on the
+/// measurements' given noise, but not on its factor.
+TEST(Evidence, TheIntegralOfThePriorsDoesNotDependOnTheNoiseOfTheMeasurements) {
+  Walk walk(4, 60);
+  walk.initial_sigma = 1e3;
+  walk.build();
+  CalibrationOptions options;
+  for (const NoiseRows& fix : walk.fixes.rows) options.measured.push_back({fix.block});
+  Problem* const one[] = {&walk.problem};
+  const std::vector<NoiseGroup> groups = {walk.fixes};
+  detail::Evidence evidence(one, groups, options);
+  const double constant = evidence.at(Vector<1>(0)).log_evidence - walk.exact(0, 0);
+  for (const double factor : {-1.0, 0.3, 1.5}) {
+    const auto value = evidence.at(Vector<1>(factor));
+    EXPECT_NEAR(value.log_evidence - constant, walk.exact(0, factor), 1e-5);
+    const double slope = (walk.exact(0, factor + 1e-3) - walk.exact(0, factor - 1e-3)) / 2e-3;
+    EXPECT_NEAR(value.gradient[0], slope, 1e-4);
+  }
+}
+
+/// The priors alone leave the position of the walk undetermined, with a variance that dwarfs those of its steps.
+TEST(Evidence, TheGradientIsThatOfTheAbsoluteEvidenceWithAnImproperPrior) {
+  Walk walk(4, 400);
+  walk.initial_sigma = 1e12;
+  walk.given_step_sigma = 0.02;
+  walk.build();
+  CalibrationOptions options;
+  options.absolute_evidence = true;
+  for (const NoiseRows& fix : walk.fixes.rows) options.measured.push_back({fix.block});
+  Problem* const one[] = {&walk.problem};
+  const std::vector<NoiseGroup> groups = {walk.steps, walk.fixes};
+  detail::Evidence evidence(one, groups, options);
+  for (const Eigen::Vector2d& at : {Eigen::Vector2d(0, 0), Eigen::Vector2d(2.5, -0.3)}) {
+    const Eigen::VectorXd gradient = evidence.at(at).gradient;
+    for (int g = 0; g < 2; ++g) {
+      const Eigen::Vector2d h = 1e-3 * Eigen::Vector2d::Unit(g);
+      const double slope = (evidence.at(at + h).log_evidence - evidence.at(at - h).log_evidence) / 2e-3;
+      EXPECT_NEAR(gradient[g], slope, 1e-4 * std::max(1.0, std::abs(slope))) << g << " at " << at.transpose();
+    }
+  }
+}
+
 TEST(Evidence, ReturnsTheAverageInformation) {
   for (const bool measured : {false, true}) {
     Walk walk(5, 40);

@@ -54,6 +54,18 @@ TEST(LogConstants, TheEvidenceWithNormalisedPriorsIsTheKalmanFilterLikelihood) {
   }
 }
 
+/// The Hessian of the priors of a long chain with constant velocity is numerically singular.
+TEST(LogConstants, TheAbsoluteEvidenceOfALongChainIsTheKalmanFilterLikelihood) {
+  for (const int n : {220, 1000})
+    for (const double initial : {5.0, 50.0}) {
+      DampedPoint point(1, n);
+      point.initial_sigma = initial;
+      const Eigen::Vector2d values[] = {{5, 3}, {1e6, 3}};
+      for (const Eigen::Vector2d& at : values)
+        EXPECT_NEAR(evidence_of(point.build(at, true)), point.exact(at), 0.01) << n << " " << initial << " " << at[0];
+    }
+}
+
 TEST(LogConstants, NormaliseStudentsT) {
   for (const double dof : {0.5, 3.0, 40.0})
     for (const int rows : {1, 2, 3}) {
