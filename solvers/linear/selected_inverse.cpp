@@ -12,6 +12,8 @@ namespace {
 
 using Part = Eigen::Map<Eigen::MatrixXd, 0, Eigen::OuterStride<>>;
 
+constexpr double kRounding = 1e-16, kAccuracy = 1e-8;  // relative error of an entry of S, and of a propagated variance
+
 /// X = X L⁻¹ for X of m × n.
 void solve_right(int m, int n, double* X, int ldx, const double* L, int ldl) {
   for (int c = n - 1; c >= 0; --c) {
@@ -271,41 +273,41 @@ void SelectedInverse::block(int a, int b, Eigen::Ref<Eigen::MatrixXd> S) const {
 /// With y = (I − T)⁻ᵀ Jᵀ, J S Jᵀ is the sum of yᵀ D y over the eliminated places and of yᵀ S y over those that wait.
 /// Eliminates places, from the first block towards the root, until the terms of yᵀ S y do not cancel.
 Eigen::MatrixXd SelectedInverse::propagated(std::span<const int> blocks, const Eigen::MatrixXd& J) const {
-  constexpr double kRounding = 1e-16, kAccuracy = 1e-8;
-  const Eigen::Index n = J.rows();
-  Eigen::MatrixXd sum = Eigen::MatrixXd::Zero(n, n);
-  std::map<int, Eigen::MatrixXd> waiting;  // y of the places that wait; all pairs of them are in the pattern
+  std::map<int, Eigen::MatrixXd> waiting;  // yᵀ of the places that wait; all pairs of them are in the pattern
   Eigen::Index column = 0;
   for (const int b : blocks) {
     const int place = place_[std::size_t(b)], width = size_[std::size_t(place)];
-    waiting.try_emplace(place, Eigen::MatrixXd::Zero(width, n)).first->second +=
-        J.middleCols(column, width).transpose();
+    waiting.try_emplace(place, Eigen::MatrixXd::Zero(J.rows(), width)).first->second += J.middleCols(column, width);
     column += width;
   }
+  Eigen::MatrixXd sum = Eigen::MatrixXd::Zero(J.rows(), J.rows());
   while (!waiting.empty()) {
-    Eigen::MatrixXd rest = Eigen::MatrixXd::Zero(n, n);
-    Eigen::VectorXd terms = Eigen::VectorXd::Zero(n);  // sums of absolute values
-    for (const auto& [p, y] : waiting)
-      for (const auto& [q, z] : waiting) {
-        if (q < p) continue;
-        const ConstPart S = stored(p, q);
-        const Eigen::MatrixXd product = z.transpose() * S * y;
-        rest += product;
-        if (p != q) rest += product.transpose();
-        terms += (p == q ? 1.0 : 2.0) *
-                 (z.cwiseAbs().transpose() * S.cwiseAbs()).cwiseProduct(y.cwiseAbs().transpose()).rowwise().sum();
+    Eigen::Index width = 0;
+    for (const auto& [place, y] : waiting) width += y.cols();
+    Eigen::MatrixXd Y(J.rows(), width), S(width, width);
+    Eigen::Index first = 0;
+    for (const auto& [p, y] : waiting) {
+      Y.middleCols(first, y.cols()) = y;
+      Eigen::Index later = first;
+      for (auto at = waiting.find(p); at != waiting.end(); later += at->second.cols(), ++at) {
+        S.block(later, first, at->second.cols(), y.cols()) = stored(p, at->first);
+        S.block(first, later, y.cols(), at->second.cols()) = stored(p, at->first).transpose();
       }
-    if ((kRounding * terms.array() <= kAccuracy * (sum + rest).diagonal().array()).all()) return sum + rest;
-    const auto first = waiting.extract(waiting.begin());
-    const int k = first.key();
-    const Eigen::MatrixXd& y = first.mapped();
+      first += y.cols();
+    }
+    const Eigen::MatrixXd all = sum + Y * S * Y.transpose();
+    const Eigen::VectorXd terms = (Y.cwiseAbs() * S.cwiseAbs()).cwiseProduct(Y.cwiseAbs()).rowwise().sum();
+    if ((kRounding * terms.array() <= kAccuracy * all.diagonal().array()).all()) return all;
+    const auto eliminated = waiting.extract(waiting.begin());
+    const int k = eliminated.key();
+    const Eigen::MatrixXd& y = eliminated.mapped();
     const Eigen::OuterStride<> stride(panel_rows_[std::size_t(k)]);
-    sum += y.transpose() * ConstPart(panel(k), size_[std::size_t(k)], size_[std::size_t(k)], stride) * y;
+    sum += y * ConstPart(panel(k), y.cols(), y.cols(), stride) * y.transpose();
     for (int b = row_start_[std::size_t(k)] + 1, row = size_[std::size_t(k)]; b < row_start_[std::size_t(k) + 1]; ++b) {
-      const int later = row_block_[std::size_t(b)], width = size_[std::size_t(later)];
-      waiting.try_emplace(later, Eigen::MatrixXd::Zero(width, n)).first->second +=
-          ConstPart(panel(k) + row, width, size_[std::size_t(k)], stride) * y;
-      row += width;
+      const int place = row_block_[std::size_t(b)], rows = size_[std::size_t(place)];
+      waiting.try_emplace(place, Eigen::MatrixXd::Zero(J.rows(), rows)).first->second +=
+          y * ConstPart(panel(k) + row, rows, y.cols(), stride).transpose();
+      row += rows;
     }
   }
   return sum;

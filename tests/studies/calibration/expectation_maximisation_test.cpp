@@ -49,7 +49,8 @@ TEST(ExpectationMaximisation, HasTheSameSensorNoiseOfDockingA) {
     EXPECT_NEAR(0.5 * std::log(sum / rows), 0, 1e-3) << groups[g].name;
     gain -= rows * std::log(found.noise[g].factor);
   }
-  EXPECT_NEAR(found.gain, gain, 1e-3 * gain);
+  // calibrate() linearises the priors at the solution, which moves with the noise.
+  EXPECT_NEAR(found.gain, gain, 0.05);
 }
 
 }  // namespace
