@@ -144,6 +144,10 @@ bool LaplaceApproximation::update_by_steps() {
       }
       nlp_.recenter();
     }
+    if (last <= kConverged * (1 + cost_)) {  // slow convergence with a robust loss
+      cost_ = nlp_.cost();
+      return true;
+    }
     nlp_.restore();
   } catch (const Stopped&) {
     nlp_.restore();
