@@ -334,16 +334,28 @@ ProblemData::Values ProblemData::values(const Problem& problem) {
   return values;
 }
 
-void ProblemData::set_values(Problem& problem, const Values& values) {
+template <class F>
+void ProblemData::for_corresponding(Problem& problem, const Values& values, F f) {
   for (const auto& [type, store] : problem.stores_) {
     const auto from = values.find(type);
     if (from == values.end()) continue;
     std::vector<int> slots;
     for (const int id : problem.ids_by_creation(*store)) slots.push_back(problem.variables_[std::size_t(id)].slot);
-    for (const auto& [ours, theirs] : corresponding(*from->second, *store, slots))
-      store->copy_value(*from->second, ours, theirs);
+    for (const auto& [ours, theirs] : corresponding(*from->second, *store, slots)) f(type, *store, ours, theirs);
   }
   ++problem.value_revision_;
+}
+
+void ProblemData::set_values(Problem& problem, const Values& values) {
+  for_corresponding(problem, values, [&](std::type_index group, StateStoreBase& store, int from_slot, int slot) {
+    store.copy_value(*values.at(group), from_slot, slot);
+  });
+}
+
+void ProblemData::move_values(Problem& problem, const Values& before, const Values& after) {
+  for_corresponding(problem, before, [&](std::type_index group, StateStoreBase& store, int from_slot, int slot) {
+    store.move_value(*before.at(group), *after.at(group), from_slot, slot);
+  });
 }
 
 }  // namespace tandem::detail

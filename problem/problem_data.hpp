@@ -54,9 +54,16 @@ class ProblemData {
   /// variables correspond by name, and in their order among those of one name. Names of which the numbers differ are
   /// skipped.
   static void set_values(Problem& problem, const Values& values);
+  /// Moves the values of such a problem as the values of another one moved from `before` to `after`: x becomes
+  /// x before⁻¹ after.
+  static void move_values(Problem& problem, const Values& before, const Values& after);
 
  private:
   struct Builder;
+
+  /// Calls f(group, store, from_slot, slot) for each variable of a problem that has a counterpart among `values`.
+  template <class F>
+  static void for_corresponding(Problem& problem, const Values& values, F f);
 };
 
 }  // namespace tandem::detail

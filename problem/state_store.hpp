@@ -84,6 +84,9 @@ class StateStoreBase {
   virtual void pass_anchor(int slot, Fields& fields) = 0;
   /// Sets a value to that of a variable of `from`, a store of the same group.
   virtual void copy_value(const StateStoreBase& from, int from_slot, int slot) = 0;
+  /// Moves a value as that of a variable moved from `before` to `after`, stores of the same group: x becomes
+  /// x before⁻¹ after.
+  virtual void move_value(const StateStoreBase& before, const StateStoreBase& after, int from_slot, int slot) = 0;
   /// Sets the anchor of a variable to its value.
   virtual void set_anchor(int slot) = 0;
   /// Computes x = Log(anchor⁻¹ point) and, if J is not null, its Jacobian with respect to the unknowns: dof × dof,
@@ -157,6 +160,11 @@ class StateStore final : public StateStoreBase {
   void copy_value(const StateStoreBase& from, int from_slot, int slot) override {
     value[std::size_t(slot)] = point[std::size_t(slot)] =
         static_cast<const StateStore&>(from).value[std::size_t(from_slot)];
+  }
+  void move_value(const StateStoreBase& before, const StateStoreBase& after, int from_slot, int slot) override {
+    const G& from = static_cast<const StateStore&>(before).value[std::size_t(from_slot)];
+    const G& to = static_cast<const StateStore&>(after).value[std::size_t(from_slot)];
+    value[std::size_t(slot)] = point[std::size_t(slot)] = value[std::size_t(slot)] * (from.inverse() * to);
   }
 
   int size() const override { return static_cast<int>(value.size()); }

@@ -12,6 +12,11 @@ class SavedValues {
   /// Sets the values of a problem with the same or similar variables; see ProblemData::set_values().
   void copy_to(Problem& problem) const { ProblemData::set_values(problem, values_); }
 
+  /// Moves the values of such a problem as those of another one moved from `before` to these.
+  void move(const SavedValues& before, Problem& problem) const {
+    ProblemData::move_values(problem, before.values_, values_);
+  }
+
  private:
   ProblemData::Values values_;
 };
