@@ -38,14 +38,13 @@ ActiveRows::ActiveRows(const NlpEvaluator& nlp, const Eigen::VectorXd& jacobian,
     column_.push_back(pattern.column[k]);
     value_.push_back(J);
   }
+  unknowns_ = nlp.num_unknowns();
   weight_.setZero(nlp.num_rows());
   for (Eigen::Index i = 0; i < root_.size(); ++i) {
     root_[i] = root_[i] > 0 ? 1 / std::sqrt(root_[i]) : 1;
     if (sides[std::size_t(i)] != inactive) weight_[i] = kWeight * root_[i] * root_[i];
   }
 }
-
-LinearEquations ActiveRows::equations() const { return {row_, column_, value_, int(weight_.size())}; }
 
 bool ActiveRows::solve(const BlockCholesky& factor, const Eigen::VectorXd& g, const Eigen::VectorXd& b,
                        Eigen::VectorXd& p, Eigen::VectorXd& y) const {
@@ -67,6 +66,22 @@ bool ActiveRows::solve(const BlockCholesky& factor, const Eigen::VectorXd& g, co
     if (largest <= kMaxResidual * std::max(1.0, root_.cwiseProduct(b).cwiseAbs().maxCoeff())) return true;
   }
   return false;
+}
+
+/// One step of the method of multipliers from y = 0: S ≈ M⁻¹ − M⁻¹ Aᵀ W A M⁻¹.
+Eigen::MatrixXd ActiveRows::constrained_inverse(const BlockCholesky& factor, const std::vector<int>& unknowns) const {
+  const Eigen::Index size = Eigen::Index(unknowns.size());
+  Eigen::MatrixXd S(size, size), rows = Eigen::MatrixXd::Zero(weight_.size(), size);  // rows: W^½ A M⁻¹ E
+  Eigen::VectorXd x;
+  for (Eigen::Index i = 0; i < size; ++i) {
+    x.setZero(unknowns_);
+    x[unknowns[std::size_t(i)]] = 1;
+    factor.solve(x);
+    for (std::size_t k = 0; k < value_.size(); ++k) rows(row_[k], i) += value_[k] * x[column_[k]];
+    S.col(i) = x(unknowns);
+  }
+  rows = weight_.cwiseSqrt().asDiagonal() * rows;
+  return S - rows.transpose() * rows;
 }
 
 }  // namespace tandem::detail

@@ -6,7 +6,6 @@
 
 #include <tandem/problem/nlp_evaluator.hpp>
 #include <tandem/solvers/linear/block_cholesky.hpp>
-#include <tandem/solvers/linear/selected_inverse.hpp>
 
 namespace tandem::detail {
 
@@ -33,8 +32,6 @@ class ActiveRows {
              const Eigen::VectorXd& scale);
 
   bool empty() const { return value_.empty(); }
-  /// Returns the equations A x = 0.
-  LinearEquations equations() const;
   /// W of each row of the NLP, 0 for inactive ones.
   const Eigen::VectorXd& weights() const { return weight_; }
   /// Returns √w⁰ of each row of the NLP, where 1/w⁰ is the variance that the cost alone would leave it, roughly.
@@ -43,10 +40,14 @@ class ActiveRows {
   /// multipliers, 0 for inactive rows. Returns false if the equations contradict each other.
   bool solve(const BlockCholesky& factor, const Eigen::VectorXd& g, const Eigen::VectorXd& b, Eigen::VectorXd& p,
              Eigen::VectorXd& y) const;
+  /// Returns Eᵀ S E, where S is the inverse of H on the null space of A, and E selects unknowns. Relative to M⁻¹, the
+  /// error is the square of the relative distance of M⁻¹ from S.
+  Eigen::MatrixXd constrained_inverse(const BlockCholesky& factor, const std::vector<int>& unknowns) const;
 
  private:
   std::vector<int> row_, column_;  // entries of the active rows
   std::vector<double> value_;
+  int unknowns_ = 0;
   Eigen::VectorXd weight_, root_;  // of each row of the NLP
   mutable Eigen::VectorXd residual_;
 };

@@ -8,16 +8,24 @@
 namespace tandem::detail {
 namespace {
 
+constexpr int kIterations = 10;        // limit while the constraints do not hold, relative to max_iterations
 constexpr int kMaxActiveSets = 40;     // maximum number of active sets per step
 constexpr int kManyActiveSets = 6;     // number of active sets after which one row at a time changes
 constexpr double kWrongSign = 1e-9;    // of a multiplier [standard deviations]
 constexpr double kMeritNoise = 1e-10;  // relative change of the merit function that may be rounding
+constexpr double kExcessiveDamping = 1e6;
+constexpr double kNearlyFeasible = 1e-4;  // violation after a step that one correction removes
 
 }  // namespace
 
 ActiveSetSolve::ActiveSetSolve(NlpEvaluator& nlp, BlockCholesky& cholesky, ActiveRows& rows,
                                const FixedLagOptions& options)
-    : options_(options), nlp_(nlp), cholesky_(cholesky), rows_(rows), session_("fixed-lag", options) {
+    : options_(options),
+      nlp_(nlp),
+      cholesky_(cholesky),
+      rows_(rows),
+      session_("fixed-lag", options),
+      damping_{options.initial_damping, options.initial_damping, kMinRejectedDamping, 10, 4} {
   for (Eigen::VectorXd* v : {&gradient_, &scale_, &shift_, &step_, &trial_gradient_}) v->setZero(nlp.num_unknowns());
   for (Eigen::VectorXd* v : {&hessian_, &augmented_}) v->resize(nlp.hessian_pattern().nonzeros());
   for (Eigen::VectorXd* v : {&c_, &trial_c_, &y_, &b_, &of_step_, &penalty_}) v->setZero(nlp.num_rows());
@@ -30,11 +38,16 @@ Summary ActiveSetSolve::run() {
   sides_ = ActiveRows::sides(nlp_, y_);
   if (session_.start(nlp_, [this] { return linearize(); })) iterate();
   nlp_.reset();
-  if (s.status == Status::failed || s.status == Status::infeasible) return s;
+  if (s.status == Status::failed || s.status == Status::infeasible || gave_up_) return s;
+  if (damped_) {  // the covariance needs the factor of the undamped problem
+    linearize();
+    damping_.value = options_.initial_damping;
+    factorize();
+  }
   const NlpEvaluator::Violation worst = nlp_.violation(c_);
   s.max_violation = worst.size;
   if (worst.size > kConstraintTolerance) s.worst_constraint = nlp_.describe_row(worst.row);
-  if (s.status == Status::converged) nlp_.set_multipliers(y_);
+  nlp_.set_multipliers(y_);
   return s;
 }
 
@@ -62,13 +75,22 @@ void ActiveSetSolve::iterate() {
     }
     session_.report(s.iterations, s.cost, s.iterations ? step_.norm() : 0.0, nlp_.violation(c_).size);
     if (session_.should_stop()) return;
-    if (s.iterations >= options_.max_iterations) {
+    const bool is_feasible = nlp_.violation(c_).size <= kConstraintTolerance;
+    if (s.iterations >= options_.max_iterations && is_feasible) {
+      session_.end(Status::max_iterations);
+      return;
+    }
+    if (s.iterations >= kIterations * options_.max_iterations || damping_.value > kExcessiveDamping) {
       give_up();
       return;
     }
     ++s.iterations;
-    if (!find_step() || !try_step()) return;
-    if (!session_.ended()) linearize();
+    if (!find_step()) return;
+    if (!try_step()) {
+      damping_.reject();
+    } else if (!session_.ended()) {
+      linearize();
+    }
   }
 }
 
@@ -79,22 +101,28 @@ bool ActiveSetSolve::find_step() {
   for (int set = 0; set < kMaxActiveSets; ++set) {
     if (!factorize() || !rows_.solve(cholesky_, gradient_, b_, step_, y_)) return give_up();
     if (change_active_set(set < kManyActiveSets)) continue;
-    // Along the step, the cost falls by −gᵀp − ½ pᵀHp with H p = −g − Aᵀ y, and the violation vanishes.
+    // The cost falls by −gᵀp − ½ pᵀHp with (H + λD) p = −g − Aᵀ y, and the violation vanishes.
     penalty_ = 2 * y_.cwiseAbs();
-    predicted_ = -0.5 * gradient_.dot(step_) + 0.5 * y_.dot(b_) + penalised_violation(c_);
+    predicted_ = 0.5 * (step_.cwiseAbs2().dot(shift_) - gradient_.dot(step_) + y_.dot(b_)) + penalised_violation(c_);
     return true;
   }
   return give_up();
 }
 
+/// Factorizes with the least damping, from damping_ on, for which the matrix is positive definite.
 bool ActiveSetSolve::factorize() {
   rows_ = ActiveRows(nlp_, jacobian_, sides_, scale_);
   augmented_ = hessian_;
   nlp_.add_constraint_hessian(rows_.weights(), jacobian_, augmented_);
-  for (Eigen::Index i = 0; i < shift_.size(); ++i)
-    shift_[i] = scale_[i] > 0 ? options_.initial_damping * scale_[i] : kMinInformation;
-  factorized_ = cholesky_.factorize(augmented_, shift_);
-  return factorized_;
+  for (; damping_.value <= kExcessiveDamping; damping_.value = 100 * std::max(damping_.value, 1e-12)) {
+    for (Eigen::Index i = 0; i < shift_.size(); ++i)
+      shift_[i] = scale_[i] > 0 ? damping_shift(damping_.value, scale_[i], scale_[i], scale_[i]) : kMinInformation;
+    damped_ = !cholesky_.factorize(augmented_, shift_);
+    if (damped_) continue;
+    damped_ = damping_.value > std::max(kCovarianceDamping, options_.initial_damping);
+    return true;
+  }
+  return false;
 }
 
 /// Updates the active set for the step: all rows that must change, or the worst of them. Returns whether one changed.
@@ -180,39 +208,42 @@ void ActiveSetSolve::correct_step() {
   rows_.solve(cholesky_, gradient_, b_, step_, y_);
 }
 
-/// Tries a second-order correction, then shorter steps. Returns whether one is accepted.
-bool ActiveSetSolve::try_corrected_and_shorter_steps(FunctionRef<bool(double merit)> is_accepted) {
-  const Eigen::VectorXd full = step_, multipliers = y_;
-  nlp_.reset();
-  correct_step();
-  if (is_accepted(merit_at_step())) return true;
-  y_ = multipliers;
-  for (const double fraction : {0.5, 0.2, 0.05}) {
-    nlp_.reset();
-    step_ = fraction * full;
-    predicted_ *= fraction;
-    if (is_accepted(merit_at_step())) return true;
-    predicted_ /= fraction;
-  }
-  return false;
-}
-
+/// Tries the step. Corrects it if it fails, or if only the curvature of the rows keeps it from being the last one.
+/// Returns false if X̄ does not move.
 bool ActiveSetSolve::try_step() {
   auto& s = session_.summary;
   const double min_gain = options_.cost_tolerance * std::max(1.0, s.cost);
   const double before = s.cost + penalised_violation(c_), rounding = kMeritNoise * std::max(1.0, s.cost);
+  const bool undamped = damping_.value <= std::max(kUndamped, options_.initial_damping);
   const auto is_accepted = [&](double merit) {
     return std::isfinite(merit) && before - merit >= std::min(1e-4 * predicted_, -rounding + predicted_);
   };
-  if (!is_accepted(merit_at_step()) && !try_corrected_and_shorter_steps(is_accepted)) {
+  double merit = merit_at_step();
+  const bool accepted = is_accepted(merit);
+  const double left = accepted ? nlp_.violation(trial_c_).size : 0;
+  if (!accepted || (left > kConstraintTolerance && left <= kNearlyFeasible)) {
+    const Eigen::VectorXd full = step_, multipliers = y_;
     nlp_.reset();
-    return give_up();
+    correct_step();
+    merit = merit_at_step();
+    if (!is_accepted(merit)) {
+      step_ = full;
+      y_ = multipliers;
+      nlp_.reset();
+      if (accepted) merit = merit_at_step();
+    }
+  }
+  if (!accepted && !is_accepted(merit)) {
+    if (undamped && predicted_ <= min_gain && nlp_.violation(c_).size <= kConstraintTolerance)
+      session_.end(Status::converged, "the cost no longer changes");
+    return false;
   }
   nlp_.recenter();
+  damping_.accept((before - merit) / predicted_);
   s.cost = trial_cost_;
   c_.swap(trial_c_);
   jacobian_.swap(trial_jacobian_);
-  if (nlp_.violation(c_).size > kConstraintTolerance) return true;
+  if (!undamped || nlp_.violation(c_).size > kConstraintTolerance) return true;
   if (remaining_gain() <= min_gain) {
     session_.end(Status::converged, "the predicted gain of another step is below the tolerance");
   } else if (step_.cwiseAbs().maxCoeff() <= options_.step_tolerance) {

@@ -3,6 +3,7 @@
 #include <vector>
 
 #include <tandem/problem/nlp_evaluator.hpp>
+#include <tandem/solvers/damped_step.hpp>
 #include <tandem/solvers/fixed_lag/active_rows.hpp>
 #include <tandem/solvers/fixed_lag/fixed_lag_options.hpp>
 #include <tandem/solvers/linear/block_cholesky.hpp>
@@ -17,8 +18,12 @@ namespace tandem::detail {
 /// would violate enter it, until it is that of the model's solution (Hintermüller, Ito & Kunisch 2002, The primal-dual
 /// active set strategy). If it does not change, a step needs one factorisation, as without constraints.
 ///
-/// The method gives up if the active set cycles, if steps do not reduce the ℓ1 merit function, or after max_iterations. The caller then
-/// uses a globally convergent solver.
+/// Steps that do not reduce the ℓ1 merit function are corrected for the curvature of the rows, then damped as by
+/// Levenberg and Marquardt. Unobservable directions, such as the heading of a target of which only positions are
+/// measured, are damped from the start. The method ends after max_iterations if the constraints hold then.
+///
+/// It gives up if the linearised rows contradict each other, if the active set cycles, or if neither damping nor ten
+/// times max_iterations give a solution. The caller then uses a globally convergent solver, from the point reached.
 class ActiveSetSolve {
  public:
   /// `cholesky` must have the Hessian pattern of `nlp`. It has the last factor afterwards, and `rows` its active rows.
@@ -28,8 +33,8 @@ class ActiveSetSolve {
   Summary run();
   /// Returns whether the method gave up. The summary then has the status max_iterations.
   bool gave_up() const { return gave_up_; }
-  /// Returns whether the factor is missing.
-  bool damped() const { return !factorized_; }
+  /// Returns whether the factor contains damping, or is missing.
+  bool damped() const { return damped_; }
 
  private:
   double linearize();
@@ -42,7 +47,6 @@ class ActiveSetSolve {
   double merit_at_step();
   bool try_step();
   void correct_step();
-  bool try_corrected_and_shorter_steps(FunctionRef<bool(double merit)> is_accepted);
   double remaining_gain();
   bool give_up();
 
@@ -52,8 +56,9 @@ class ActiveSetSolve {
   ActiveRows& rows_;
   Session session_;
   std::vector<ActiveRows::Side> sides_;
+  Damping damping_;
   double predicted_ = 0, trial_cost_ = 0;
-  bool factorized_ = false, gave_up_ = false;
+  bool damped_ = true, gave_up_ = false;
   Eigen::VectorXd gradient_, hessian_, scale_, shift_, step_, trial_gradient_, augmented_;
   Eigen::VectorXd c_, jacobian_, trial_c_, trial_jacobian_, y_, b_, of_step_, penalty_;
 };

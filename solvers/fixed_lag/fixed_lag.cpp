@@ -2,7 +2,6 @@
 #include <array>
 #include <cmath>
 #include <cstdio>
-#include <numeric>
 #include <utility>
 
 #include <tandem/problem/nlp_evaluator.hpp>
@@ -117,17 +116,13 @@ Summary FixedLag::update() {
 /// Allocates the factor for the Hessian of `nlp`.
 void FixedLag::Factored::prepare(const Problem& problem, const NlpEvaluator& nlp) {
   factor.emplace(nlp.hessian_pattern(), kTimeOrderFlops);
-  inverse.reset();
   rows = {};
-  store_blocks(problem, nlp);
-}
-
-void FixedLag::Factored::store_blocks(const Problem& problem, const NlpEvaluator& nlp) {
   known.assign(std::size_t(problem.id_bound()), {});
   for (int id = 0; id < problem.id_bound(); ++id)
     if (!problem.name(id).empty()) {
       const int block = nlp.block_of(id);
-      known[std::size_t(id)] = {block < 0 ? kFixed : block, problem.sequence_number(id)};
+      const int unknown = block < 0 ? -1 : nlp.hessian_pattern().first[std::size_t(block)];
+      known[std::size_t(id)] = {block < 0 ? kFixed : block, unknown, problem.sequence_number(id)};
     }
 }
 
@@ -143,7 +138,6 @@ bool FixedLag::relinearize() {
   state_ = AtValues::same;
   if (!why_unsupported(problem_, options_).empty() || !solved_.linearize(problem_, detail::kMinInformation))
     return false;
-  if (!solved_.rows.empty()) state_ = AtValues::wanted;
   size_after_update_ = size();
   return true;
 }
@@ -178,35 +172,17 @@ bool FixedLag::Factored::linearize(Problem& problem, double damping) {
   };
   bool there = evaluate(nlp, hessian, diagonal, jacobian);
   if (there && !rows.empty()) nlp.add_constraint_hessian(rows.weights(), jacobian, hessian);
-  there = there && (factorize(damping) || factorize(detail::kMinInformation));
+  there = there && (factorize(damping) || factorize(detail::kMinInformation) ||
+                    (!rows.empty() && factorize(detail::kCovarianceDamping)));
   if (!there) known.clear();
   return there;
-}
-
-bool FixedLag::Factored::linearize_exactly(Problem& problem, double damping) {
-  if (problem.num_hard_blocks() == 0) return linearize(problem, damping);
-  NlpEvaluator nlp(problem);
-  Eigen::VectorXd hessian, diagonal, jacobian;
-  inverse.reset();
-  if (evaluate(nlp, hessian, diagonal, jacobian)) {
-    const SymmetricPattern& pattern = nlp.hessian_pattern();
-    for (int block = 0; block < pattern.num_blocks(); ++block)
-      for (int i = 0; i < pattern.width(block); ++i)
-        if (double& entry = hessian[pattern.diagonal(block, i)]; !(entry > 0)) entry = detail::kMinInformation;
-    inverse.emplace(pattern);
-    if (inverse->compute(hessian, rows.equations())) {
-      store_blocks(problem, nlp);
-      return true;
-    }
-  }
-  return linearize(problem, damping);  // an unobservable direction: with the weights, it gets a large variance
 }
 
 /// Computes at_values_ if it is wanted. Returns whether it covers these variables.
 bool FixedLag::linearize_at_values(const std::vector<int>& ids) const {
   const std::lock_guard lock(*mutex_);
   if (state_ == AtValues::wanted && size() == size_after_update_)
-    state_ = at_values_.linearize_exactly(problem_, options_.initial_damping) ? AtValues::known : AtValues::unavailable;
+    state_ = at_values_.linearize(problem_, options_.initial_damping) ? AtValues::known : AtValues::unavailable;
   return state_ == AtValues::known &&
          std::all_of(ids.begin(), ids.end(), [&](int id) { return at_values_.block_of(problem_, id) >= kFixed; });
 }
@@ -238,7 +214,6 @@ Summary FixedLag::solve_window() {
 
 /// Solves by active sets, else by the augmented Lagrangian from the present values.
 Summary FixedLag::solve_constrained_window(NlpEvaluator& nlp) {
-  nlp.save();
   detail::ActiveSetSolve solve(nlp, *solved_.factor, solved_.rows, options_);
   Summary summary = solve.run();
   if (!solve.gave_up()) {
@@ -246,7 +221,6 @@ Summary FixedLag::solve_constrained_window(NlpEvaluator& nlp) {
     state_ = AtValues::wanted;
     return summary;
   }
-  nlp.restore();
   detail::Sequence sequence(options_);
   sequence.add(summary, summary.initial_cost);
   AugmentedLagrangianOptions options;
@@ -314,7 +288,7 @@ bool FixedLag::extend() {
     const bool exists = !problem_.name(id).empty(), fixed = exists && problem_.is_fixed(id);
     if (block == kUnknown) {
       if (solved_.known[std::size_t(id)].block != kUnknown) return false;  // the variable has been removed
-      if (fixed) solved_.known[std::size_t(id)] = {kFixed, problem_.sequence_number(id)};
+      if (fixed) solved_.known[std::size_t(id)] = {kFixed, -1, problem_.sequence_number(id)};
       if (exists && !fixed) added.push_back(id);
     } else if (fixed != (block == kFixed)) {
       return false;
@@ -323,7 +297,7 @@ bool FixedLag::extend() {
   if (!extension_.extend(problem_, added,
                          [this](const auto& ids, const auto& dofs) { return linearized_covariance(ids, dofs); }))
     return false;
-  for (const int id : added) solved_.known[std::size_t(id)] = {kAdded, problem_.sequence_number(id)};
+  for (const int id : added) solved_.known[std::size_t(id)] = {kAdded, -1, problem_.sequence_number(id)};
   return true;
 }
 
@@ -353,17 +327,14 @@ Eigen::MatrixXd FixedLag::linearized_covariance(const std::vector<int>& ids, con
 
 Eigen::MatrixXd FixedLag::Factored::covariance(const std::vector<int>& ids, const std::vector<int>& dofs) const {
   const FreePart free(ids, dofs, [this](int id) { return known[std::size_t(id)].block == kFixed; });
-  std::vector<int> blocks;
-  for (const int id : free.ids) blocks.push_back(known[std::size_t(id)].block);
-  if (blocks.empty()) return free.with_zeros({});
-  if (!inverse) return free.with_zeros(factor->inverse_of(blocks));
-  const Eigen::Index size = std::accumulate(free.dofs.begin(), free.dofs.end(), 0);
-  Eigen::MatrixXd S(size, size);
-  for (std::size_t a = 0, row = 0; a < blocks.size(); row += std::size_t(free.dofs[a++]))
-    for (std::size_t b = 0, column = 0; b < blocks.size(); column += std::size_t(free.dofs[b++]))
-      inverse->block(blocks[a], blocks[b],
-                     S.block(Eigen::Index(row), Eigen::Index(column), free.dofs[a], free.dofs[b]));
-  return free.with_zeros(S);
+  if (free.ids.empty()) return free.with_zeros({});
+  std::vector<int> blocks, unknowns;
+  for (std::size_t k = 0; k < free.ids.size(); ++k) {
+    const Known& variable = known[std::size_t(free.ids[k])];
+    blocks.push_back(variable.block);
+    for (int i = 0; i < free.dofs[k]; ++i) unknowns.push_back(variable.unknown + i);
+  }
+  return free.with_zeros(rows.empty() ? factor->inverse_of(blocks) : rows.constrained_inverse(*factor, unknowns));
 }
 
 std::string why_unsupported(const Problem& problem, const FixedLagOptions&) { return detail::why_unsolvable(problem); }

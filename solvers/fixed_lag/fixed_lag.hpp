@@ -125,8 +125,7 @@ class FixedLag {
   /// Returns the same for variables by id (Problem::id) and tangent dimension.
   Eigen::MatrixXd covariance(const std::vector<int>& ids, const std::vector<int>& dofs) const;
   /// Returns the same at the last linearisation of the last update, which precedes its last step. Never linearises. It
-  /// is accurate enough for a gate, but not consistent with the values. Active hard rows have up to 1e-5 of the variance
-  /// that they would have without constraints.
+  /// is accurate enough for a gate, but not consistent with the values.
   Eigen::MatrixXd linearized_covariance(const std::vector<int>& ids, const std::vector<int>& dofs) const;
 
  private:
@@ -153,25 +152,21 @@ class FixedLag {
   static constexpr int kFixed = -1, kAdded = -2, kUnknown = -3;
   struct Known {
     int block = kUnknown;  // block of the factor, or one of the constants above
+    int unknown = -1;      // first unknown of the block
     long long creation = -1;
   };
   /// A factor of the Hessian of the window.
   struct Factored {
     std::optional<BlockCholesky> factor;
-    detail::ActiveRows rows;  // active hard rows; the factor is that of M
-    /// With active rows: exact blocks of the inverse on their null space, instead of the factor.
-    std::optional<detail::SelectedInverse> inverse;
+    detail::ActiveRows rows;   // active hard rows; the factor is that of M
     std::vector<Known> known;  // by id; empty without a covariance
 
     void prepare(const Problem& problem, const NlpEvaluator& nlp);
-    void store_blocks(const Problem& problem, const NlpEvaluator& nlp);
     /// Returns the block of the variable that has this id now, or kFixed, kAdded or kUnknown.
     int block_of(const Problem& problem, int id) const;
     /// Linearises the problem at its values. Adds information to each unknown, relative to its own: `damping`, or
     /// detail::kMinInformation if that is not enough. Returns false if a residual is undefined.
     bool linearize(Problem& problem, double damping);
-    /// Does the same, but computes `inverse` if there are active rows.
-    bool linearize_exactly(Problem& problem, double damping);
     /// Evaluates the derivatives, and returns whether all are finite.
     bool evaluate(NlpEvaluator& nlp, Eigen::VectorXd& hessian, Eigen::VectorXd& diagonal, Eigen::VectorXd& jacobian);
     Eigen::MatrixXd covariance(const std::vector<int>& ids, const std::vector<int>& dofs) const;

@@ -8,11 +8,8 @@ namespace tandem::detail {
 namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
-constexpr double kMinRejectedDamping = 1e-6;  // minimum damping after a rejected step
-constexpr double kUndamped = 1e-4;            // maximum damping of a step that counts as undamped
 constexpr double kMaxDamping = 1e12;
-constexpr double kModestGain = 0.1;           // relative to the cost
-constexpr double kCovarianceDamping = 1e-10;  // more would change the covariance visibly
+constexpr double kModestGain = 0.1;  // relative to the cost
 
 }  // namespace
 

@@ -13,6 +13,10 @@ namespace tandem::detail {
 /// above rounding; it is that of a standard deviation of 10⁶.
 inline constexpr double kMinInformation = 1e-12;
 
+inline constexpr double kMinRejectedDamping = 1e-6;  ///< minimum damping after a rejected step
+inline constexpr double kUndamped = 1e-4;            ///< maximum damping of a step that counts as undamped
+inline constexpr double kCovarianceDamping = 1e-10;  ///< more would change the covariance visibly
+
 /// Levenberg–Marquardt method for soft residuals and a good initial guess. It takes one or two steps, without overhead
 /// of the order of a step: no rank analysis, no secant pairs, no final linearisation.
 class WarmSolve {
