@@ -11,7 +11,6 @@
 #include <tandem/solvers/calibration/evidence.hpp>
 #include <tandem/solvers/calibration/flat_range.hpp>
 #include <tandem/solvers/calibration/log_factors.hpp>
-#include <tandem/solvers/calibration/saved_values.hpp>
 
 namespace tandem {
 namespace {
@@ -36,13 +35,6 @@ class Search {
         bound_(std::log(options.max_factor)),
         prior_sigma_(prior_sigmas(groups)) {
     if (groups.empty()) throw BadInputError("calibrate: no noise group is given");
-    for (const Eigen::VectorXd* of_groups : {&options.initial_log_factors, &options.counted_rows})
-      if (of_groups->size() > 0 && of_groups->size() != Eigen::Index(groups.size()))
-        throw BadInputError("calibrate: initial_log_factors and counted_rows need one entry per noise group");
-    if (options.initial_log_factors.size() > 0 && options.counted_rows.size() == 0)
-      throw BadInputError("calibrate: initial_log_factors requires counted_rows");
-    if (!(options.max_factor > 1)) throw BadInputError("calibrate: max_factor must be greater than 1");
-    if (!(options.tolerance > 0)) throw BadInputError("calibrate: tolerance must be positive");
   }
 
   Calibration run() {
@@ -247,10 +239,8 @@ class Search {
       const Evidence::Value& next = last_;
       // The gradient is approximate, so steps below the tolerance need no sufficient increase.
       const double slack = 1e-9 * (1 + std::abs(current_.log_evidence));
-      if (next.usable && next.log_evidence >= current_.log_evidence + 1e-4 * gradient.dot(taken) - slack) return next;
-      if (taken.cwiseAbs().maxCoeff() <= options_.tolerance && next.usable &&
-          next.log_evidence >= current_.log_evidence - slack)
-        return next;
+      const double needed = taken.cwiseAbs().maxCoeff() <= options_.tolerance ? 0.0 : 1e-4 * gradient.dot(taken);
+      if (next.usable && next.log_evidence >= current_.log_evidence + needed - slack) return next;
     }
     theta_ = from;
     return {};
@@ -403,18 +393,6 @@ class Search {
 Calibration calibrate(std::span<Problem* const> problems, const std::vector<NoiseGroup>& groups,
                       const CalibrationOptions& options) {
   return Search(problems, groups, options).run();
-}
-
-void apply(const Calibration& found, std::span<Problem* const> problems, const std::vector<NoiseGroup>& groups) {
-  if (problems.size() != found.problems.size())
-    throw BadInputError("apply: the calibration has " + std::to_string(found.problems.size()) + " problems, not " +
-                        std::to_string(problems.size()));
-  for (const NoiseGroup& group : groups)
-    for (const NoiseRows& rows : group.rows) {
-      const Problem& solved = *found.problems[std::size_t(rows.problem)];
-      problem_at(problems, rows.problem).set_noise(rows.block, solved.noise(solved.counterpart(rows.block)));
-    }
-  for (std::size_t p = 0; p < problems.size(); ++p) copy_values(*found.problems[p], *problems[p]);
 }
 
 }  // namespace tandem

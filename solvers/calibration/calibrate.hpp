@@ -109,8 +109,9 @@ struct Calibration {
 /// correction for the tails (detail::TailTerm), unless there are hard constraints.
 ///
 /// Steps are Newton steps with the average information (Gilmour, Thompson & Cullis 1995), or quasi-Newton steps with
-/// hard constraints. Each step is halved until the evidence grows; if it does not, the status is `failed`. Standard
-/// errors come from differences of the derivative. Groups must not share rows.
+/// hard constraints. Each step is halved until the evidence grows. If it does not, the status is `failed`, unless the
+/// gradient promises less than 0.01 nats. Standard errors come from differences of the derivative. Groups must not share
+/// rows.
 ///
 /// Works on copies, so the given problems do not change; see Calibration::problems. If stopped, returns the best factors
 /// so far, without standard errors. Throws Error if

@@ -22,6 +22,13 @@ Evidence::Evidence(std::span<Problem* const> problems, const std::vector<NoiseGr
                    const CalibrationOptions& options)
     : options_(options), groups_(groups), rows_(Eigen::VectorXd::Zero(Eigen::Index(groups.size()))), counted_(rows_) {
   if (problems.empty()) throw BadInputError("calibrate: no problem is given");
+  for (const Eigen::VectorXd* of_groups : {&options.initial_log_factors, &options.counted_rows})
+    if (of_groups->size() > 0 && of_groups->size() != Eigen::Index(groups.size()))
+      throw BadInputError("calibrate: initial_log_factors and counted_rows need one entry per noise group");
+  if (options.initial_log_factors.size() > 0 && options.counted_rows.size() == 0)
+    throw BadInputError("calibrate: initial_log_factors requires counted_rows");
+  if (!(options.max_factor > 1)) throw BadInputError("calibrate: max_factor must be greater than 1");
+  if (!(options.tolerance > 0)) throw BadInputError("calibrate: tolerance must be positive");
   for (const Problem* problem : problems) problems_.push_back(std::make_shared<Problem>(problem->copy()));
   std::map<std::tuple<int, int, int>, std::size_t> known;  // index in members_
   for (std::size_t g = 0; g < groups.size(); ++g) {
