@@ -193,11 +193,15 @@ ImportMap known_import_map(const Recording& recording) {
       skip(error.what());
     }
   }
-  if (result.sensors.empty())
+  if (result.sensors.empty()) {
+    const std::string damage = recording.defects().empty() ? "" : fmt::format(" ({})", recording.defects().front());
+    if (recording.streams().empty())
+      throw Error(fmt::format("{} has no messages{}", recording.file().string(), damage));
     throw Error(
-        fmt::format("{} has no message whose meaning is known; list its streams with --list, and name those to "
+        fmt::format("{} has no message whose meaning is known{}; list its streams with --list, and name those to "
                     "import in a map (--map)",
-                    recording.file().string()));
+                    recording.file().string(), damage));
+  }
   return result;
 }
 

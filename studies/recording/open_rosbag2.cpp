@@ -1,3 +1,4 @@
+#include <array>
 #include <map>
 
 #include <fmt/format.h>
@@ -6,6 +7,7 @@
 #include <tandem/lie/error.hpp>
 #include <tandem/studies/recording/message_recording.hpp>
 #include <tandem/studies/recording/recording_formats.hpp>
+#include <tandem/studies/support/input_file.hpp>
 
 namespace tandem {
 namespace {
@@ -52,6 +54,9 @@ class Rosbag2Recording : public MessageRecording {
     // Immutable: read without locks, and without a journal beside a file that may be read-only.
     const std::string uri = "file:" + escaped(std::filesystem::absolute(file).string()) + "?immutable=1";
     if (sqlite3_open_v2(uri.c_str(), &database_, SQLITE_OPEN_READONLY | SQLITE_OPEN_URI, nullptr) != SQLITE_OK) fail();
+    // SQLite reads a file that is shorter than its header says only with this setting.
+    sqlite3_exec(database_, "PRAGMA writable_schema=ON", nullptr, nullptr, nullptr);
+    check_length();
     list_topics();
     count_messages();
   }
@@ -92,6 +97,22 @@ class Rosbag2Recording : public MessageRecording {
     const std::string reason = sqlite3_errmsg(database_);
     sqlite3_close(database_);
     throw Error(fmt::format("{}: not a readable ROS 2 bag: {}", file_.string(), reason));
+  }
+
+  /// Adds a defect if the file ends before its last page.
+  void check_length() {
+    std::array<unsigned char, 32> header{};
+    InputFile stream(file_);
+    stream.read(reinterpret_cast<char*>(header.data()), header.size());
+    const auto big_endian = [&](std::size_t at, int bytes) {
+      std::uintmax_t value = 0;
+      for (int i = 0; i < bytes; ++i) value = value << 8 | header[at + std::size_t(i)];
+      return value;
+    };
+    const std::uintmax_t page = big_endian(16, 2) == 1 ? 65536 : big_endian(16, 2), length = page * big_endian(28, 4);
+    if (const auto size = std::filesystem::file_size(file_); size < length)
+      add_defect(
+          fmt::format("the file is truncated: it ends at byte {} of {}; the messages before are used", size, length));
   }
 
   void list_topics() {

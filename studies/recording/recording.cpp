@@ -82,12 +82,17 @@ std::string first_bytes(const fs::path& file, std::size_t n) {
   return bytes;
 }
 
-/// Returns whether a file of an unknown format is a text.
-bool is_text(const std::string& head) {
-  return std::none_of(head.begin(), head.end(), [](char c) {
+/// Returns whether a file of an unknown format is a text. Damage, such as the zeros that a logger leaves when it loses
+/// power, does not make a text a binary file: its first line, or 95 % of its bytes, are text.
+bool is_text(std::string_view head) {
+  constexpr std::size_t kMinLine = 8, kLargestShare = 20;
+  const auto is_control = [](char c) {
     const auto byte = static_cast<unsigned char>(c);
     return byte < 9 || (byte > 13 && byte < 32 && byte != 27);
-  });
+  };
+  const std::string_view line = head.substr(0, head.find('\n'));
+  return (line.size() >= kMinLine && std::none_of(line.begin(), line.end(), is_control)) ||
+         kLargestShare * static_cast<std::size_t>(std::count_if(head.begin(), head.end(), is_control)) < head.size();
 }
 
 bool has_nmea_sentence(const std::string& head) {

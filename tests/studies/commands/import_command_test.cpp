@@ -86,6 +86,9 @@ TEST_F(ImportCommand, WritesNothingAfterAnError) {
   EXPECT_THAT(rejection_as_given({"import", log()}), HasSubstr("needs --out DIR for the scenario, or --list"));
   EXPECT_THAT(rejection_as_given({"import", log(), "--out", path("scenario")}),
               HasSubstr("has no message whose meaning is known"));
+  scratch_.write("cut.bag", std::string("#ROSBAG V2.0\n\x45\0\0\0\x0c", 18));
+  EXPECT_THAT(rejection_as_given({"import", path("cut.bag"), "--out", path("scenario")}),
+              HasSubstr("has no messages (the file is truncated or corrupted: the record at byte 13"));
 }
 
 TEST_F(ImportCommand, KeepsAFolderThatIsNotEmpty) {

@@ -133,6 +133,23 @@ TEST(Bags, UseWhatComesBeforeATruncation) {
   expect_messages(*cut, 4);
 }
 
+TEST(Bags, UseTheMessagesOfATruncatedDatabase) {
+  const ScratchFolder scratch;
+  std::vector<std::pair<double, std::string>> messages;
+  for (int i = 0; i < 3000; ++i) messages.emplace_back(kStart + i + 0.5, fix_cdr(kStart + i, 10.5 + i));
+  const std::filesystem::path file = scratch.path() / "a.db3";
+  write_db3(file.string(), "test_msgs/msg/Fix", kFixDefinition, messages);
+  const auto size = std::filesystem::file_size(file);
+  std::filesystem::resize_file(file, size / 2);
+  const auto recording = open_recording(file);
+  EXPECT_THAT(recording->defects(),
+              testing::Contains(
+                  HasSubstr("truncated: it ends at byte " + std::to_string(size / 2) + " of " + std::to_string(size))));
+  const auto rows = read_rows(*recording, "/fix", kFields);
+  EXPECT_GT(rows.size(), 1000u);
+  EXPECT_LT(rows.size(), 3000u);
+}
+
 TEST(Bags, UseTheFirstPartOfADamagedChunk) {
   const ScratchFolder scratch;
   const std::string records = mcap_topics() + mcap_messages(0, 5);

@@ -72,6 +72,21 @@ TEST(Logs, ReadPx4Logs) {
   EXPECT_THAT(rows[0].numbers, ElementsAre(3, 3, 1));
 }
 
+/// A line with noise, and the zeros that a logger leaves when it loses power, cost only the lines in which they are.
+TEST(Logs, ReadNmeaBesideDamage) {
+  const ScratchFolder scratch;
+  const std::string sentence = "$HEHDT,274.07,T*19\r\n";
+  std::string noisy = sentence + sentence;
+  noisy[4] = '\x01';
+  for (const std::string& text : {noisy, sentence + std::string(4000, '\0') + "\n" + sentence}) {
+    const auto recording = open_recording(scratch.write("a.nmea", text));
+    EXPECT_EQ(recording->format(), "NMEA");
+    EXPECT_FALSE(read_rows(*recording, "HDT", {"heading"}).empty());
+  }
+  EXPECT_THAT(error_of([&] { open_recording(scratch.write("a.bin", std::string("PK\3\4\x14\0\6\0\0\0\0\1", 12))); }),
+              HasSubstr("unknown format"));
+}
+
 TEST(Logs, ReadNmeaWithDatesAndChecksums) {
   const ScratchFolder scratch;
   const auto file = scratch.write("a.nmea",
