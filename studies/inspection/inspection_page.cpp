@@ -115,7 +115,8 @@ std::string plan(const ScenarioInspection& scenario) {
                     kWidth * 0.74, 16 + 20 * n, colour, kWidth * 0.74 + 26, 20 + 20 * n, escaped(s.name));
     ++n;
   }
-  return svg + fmt::format("<text x='{:.0f}' y='{}'>north up; circle: first row</text></svg>\n", kWidth * 0.74, 24 + 20 * n);
+  return svg +
+         fmt::format("<text x='{:.0f}' y='{}'>north up; circle: first row</text></svg>\n", kWidth * 0.74, 24 + 20 * n);
 }
 
 std::string sensor_table(const ScenarioInspection& scenario) {
