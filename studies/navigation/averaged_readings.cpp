@@ -11,7 +11,7 @@
 namespace tandem {
 namespace {
 
-constexpr double kMinPerKeyframe = 2;  // readings of a sensor that is averaged
+constexpr double kMinPerKeyframe = 4;  // readings of a sensor that is averaged
 constexpr std::size_t kMinJudged = 5;  // readings that can contradict one of them
 constexpr double kStated = 0.9;        // quantile of the standard deviations that the sensor states
 constexpr double kMaxScale = 1.5;      // largest standard deviation relative to the stated one

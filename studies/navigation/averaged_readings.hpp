@@ -6,8 +6,8 @@
 
 namespace tandem {
 
-/// Replaces the readings of each sensor that reads at least twice per `keyframe_interval` by one per keyframe. Without
-/// an IMU, only keyframes connect readings, so a compass at 10 Hz would need 10 keyframes a second.
+/// Replaces the readings of each sensor that reads at least four times per `keyframe_interval` by one per keyframe.
+/// Without an IMU, only keyframes connect readings, so a compass at 10 Hz would need 10 keyframes a second.
 ///
 /// Keyframes are at the readings of the slower sensors and at most `keyframe_interval` apart. Each reading belongs to
 /// the nearest keyframe. A straight line in time, fitted by least squares, gives the value at the keyframe, which has
