@@ -29,7 +29,7 @@ pale_blue = '#9ccbe8'; pale_vermilion = '#f2bd92'
 max(a, b) = a > b ? a : b
 min(a, b) = a < b ? a : b
 
-load here.'terminal.gp'
+call here.'terminal.gp'
 
 scenario = ''; ned = 0
 set datafile separator ':'
