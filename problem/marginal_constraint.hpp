@@ -11,12 +11,12 @@
 
 namespace tandem::detail {
 
-/// Hard constraint A (X ⊖ X̄) + b = 0 on any number of variables: what hard rows on marginalised variables say about the
-/// remaining ones. Created by Problem::marginalize(). The pool has at most one block.
+/// Hard constraint A (X ⊖ X̄) + b = 0 on any number of variables: the restriction of the remaining variables that hard
+/// rows on marginalised variables imply. Created by Problem::marginalize(). The pool has at most one block.
 class MarginalConstraint final : public HardPoolBase {
  public:
-  /// Adds the block, in place of a removed one. X̄ becomes the current values. A has one column per tangent entry of the
-  /// states.
+  /// Adds the block, in place of a removed one. X̄ becomes the current values. A has one column per tangent entry of
+  /// the states.
   void set(std::vector<AnchoredState> states, Eigen::MatrixXd A, Eigen::VectorXd b);
   const AnchoredLinear& linear() const { return linear_; }
 

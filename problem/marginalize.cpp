@@ -23,8 +23,8 @@ std::vector<std::vector<int>> Problem::blocks_to_marginalize(const std::vector<c
   return affected;
 }
 
-/// Returns the bound at which each row of a hard block is active, NaN if it is inactive. Equalities are active, and
-/// inequalities whose multiplier pushes against a bound.
+/// Returns the bound at which each row of a hard block is active, NaN if it is inactive. Active rows are equalities,
+/// and inequalities whose multiplier is not zero.
 std::vector<double> Problem::active_bounds(const detail::HardPoolBase& pool, int block) const {
   std::vector<double> bounds(std::size_t(pool.dim()), std::numeric_limits<double>::quiet_NaN());
   for (std::size_t row = 0, at = std::size_t(block * pool.dim()); row < bounds.size(); ++row, ++at) {
@@ -42,8 +42,8 @@ bool Problem::has_active_row(const detail::HardPoolBase& pool, int block) const 
   return !std::all_of(bounds.begin(), bounds.end(), [](double x) { return std::isnan(x); });
 }
 
-/// Returns the linear equations of the active rows of hard blocks. `offset` is the first unknown of each variable, −1 if
-/// it is fixed.
+/// Returns the linear equations of the active rows of hard blocks. `offset` is the first unknown of each variable, −1
+/// if it is fixed.
 detail::LinearRows Problem::active_rows(const std::vector<std::vector<int>>& affected, const std::vector<int>& offset,
                                         int unknowns) const {
   detail::LinearRows equations{Eigen::MatrixXd(0, unknowns), {}};

@@ -150,8 +150,8 @@ class NlpEvaluator {
 
   /// Returns the block that a constraint row belongs to, for example "twist components of target 12, target 13".
   std::string describe_row(int row) const;
-  /// Curvature of the Gauss-Newton model along a direction v; J are the Jacobians of all blocks, W their weights. If
-  /// along/scale is near 0, the residuals do not observe v.
+  /// Curvature of the Gauss-Newton model along a direction v, from the Jacobians J and the weights W of all blocks. If
+  /// `along` is much smaller than `scale`, the residuals do not observe v.
   struct Stiffness {
     double along;  ///< ‖W J v‖²
     double scale;  ///< ‖W J diag(v)‖²: the same without cancellation between the entries of v

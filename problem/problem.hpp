@@ -154,20 +154,20 @@ class Problem {
   ///
   ///   ½‖A (X ⊖ X̄) + b‖² + c
   ///
-  /// is the Schur complement of the Gauss-Newton model of these blocks at the current values X̄, in the tangent space of
-  /// right perturbations. Robust losses enter with their weight ρ' at X̄. The constant c keeps costs before and after
-  /// comparable. The prior is exact if the residuals are linear. Otherwise it loses accuracy as the estimate moves away
-  /// from X̄, because X̄ and A stay fixed.
+  /// is the Schur complement of the Gauss-Newton model of these blocks at the current values X̄, in the tangent space
+  /// of right perturbations. Robust losses enter with their weight ρ' at X̄. The constant c keeps costs before and
+  /// after comparable. The prior is exact if the residuals are linear. Otherwise it loses accuracy as the estimate
+  /// moves away from X̄, because X̄ and A stay fixed.
   ///
   /// Hard rows enter by null-space elimination (detail::eliminate). A row is active if it is an equality, or if its
-  /// multiplier is not zero. It then counts as an equality at the bound that the multiplier pushes against. Active rows
-  /// determine a part of the leaving variables by the remaining ones. Restrictions that they imply on the remaining
-  /// variables alone become the marginal constraint A (X ⊖ X̄) + b = 0. Inactive inequalities leave without trace. The
-  /// result is exact if the active rows are linear and are active in the solution of all data.
+  /// multiplier is not zero. It then counts as an equality at its active bound. Active rows determine a part of the
+  /// leaving variables from the remaining ones. Restrictions that they imply on the remaining variables alone become
+  /// the marginal constraint A (X ⊖ X̄) + b = 0. Inactive inequalities leave without trace. The result is exact if the
+  /// active rows are linear and are active in the solution of all data.
   /// Unobservable directions of the removed variables contribute nothing; information below about 1e-13 of that of the
-  /// blocks is dropped. Fixed variables count as constants; free those to be estimated before. Invalidates NlpEvaluators
-  /// of this problem. Throws and changes nothing if an ID is repeated (BadInputError) or unknown (StaleHandleError), or
-  /// if a residual is undefined or infinite (UndefinedResidualError).
+  /// blocks is dropped. Fixed variables count as constants; free those to be estimated before. Invalidates
+  /// NlpEvaluators of this problem. Throws and changes nothing if an ID is repeated (BadInputError) or unknown
+  /// (StaleHandleError), or if a residual is undefined or infinite (UndefinedResidualError).
   void marginalize(std::span<const int> variable_ids);
   template <LieGroup... Gs>
   void marginalize(const Variable<Gs>&... x) {
@@ -397,7 +397,7 @@ class Problem {
   // Key: C++ type of the residual, hard, and the type itself if it was made at run time.
   std::map<std::tuple<std::type_index, bool, const detail::ResidualType*>, int> pool_of_type_;
   int prior_pool_ = -1;       // pool of the marginal prior, −1 before the first marginalize()
-  int constraint_pool_ = -1;  // pool of the marginal constraint, likewise
+  int constraint_pool_ = -1;  // pool of the marginal constraint, −1 before it exists
   double loss_scale_ = 1.0;   // copied to every soft pool
   std::uint64_t serial_ = detail::new_problem_serial();
   // Revision counters. Each NlpEvaluator compares them to detect changes of the structure (variables and blocks), of

@@ -29,8 +29,8 @@ class ProblemData {
     std::vector<double> diagonal, full;  ///< one of the two: 1/σ of each row, or the whitening matrix W by rows
     Loss loss;
     std::vector<double> lower, upper, multipliers;
-    // Marginal prior ½‖A (X ⊖ X̄) + b‖² + constant, or marginal constraint A (X ⊖ X̄) + b = 0: A by rows; anchors are the
-    // values X̄, one after the other.
+    // Marginal prior ½‖A (X ⊖ X̄) + b‖² + constant, or marginal constraint A (X ⊖ X̄) + b = 0: A by rows; anchors are
+    // the values X̄, one after the other.
     std::vector<double> A, b, anchors;
     double constant = 0;
   };

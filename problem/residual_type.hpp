@@ -49,8 +49,8 @@ struct GroupType {
   const std::type_info& type;
   StoreOf store_of;
 };
-/// A residual type that is made at run time, for example by a scripting language. It must outlive all problems with such
-/// blocks. Problem files cannot hold its blocks.
+/// A residual type that is made at run time, for example by a scripting language. It must outlive all problems with
+/// such blocks. Problem files cannot hold its blocks.
 struct RunTimeResidualType : ResidualType {
   RunTimeResidualType(const ResidualFunctions& functions, bool hard, std::vector<const GroupType*> states,
                       Prepare prepare);

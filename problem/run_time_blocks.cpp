@@ -17,7 +17,7 @@ std::vector<int> Problem::slots_of(const detail::ResidualType& type, std::span<c
     const VariableInfo& variable = variables_[std::size_t(id(x[s]))];
     if (variable.store != stores[s])
       throw BadInputError(std::string(type.functions.name) + ": the residual cannot read variable " + variable.name() +
-                          " at position " + std::to_string(s) + ", because it is of another group");
+                          " at position " + std::to_string(s) + ", because its group differs");
     slots.push_back(variable.slot);
   }
   return slots;

@@ -15,7 +15,8 @@ class EvaluatorSolve : public PersistentSolve {
 
  protected:
   const Problem& problem() const { return problem_; }
-  /// Returns the evaluator at the present values. The first solve makes it, in whose time it counts.
+  /// Returns the evaluator at the present values. The first call constructs it, so its time counts as time of the first
+  /// solve.
   NlpEvaluator& evaluator(int threads) {
     if (!nlp_) nlp_.emplace(problem_);
     nlp_->reset();

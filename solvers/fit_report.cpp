@@ -12,7 +12,7 @@ namespace {
 constexpr double kMaxRms = 2;
 constexpr double kMaxContested = 0.1;
 constexpr double kGenerous = 0.7;           // share of the expected cost, below which the stated noise is too large
-constexpr double kFarTooLarge = 0.25;       // the same, below which the report says little
+constexpr double kFarTooLarge = 0.25;       // share of the expected cost, below which the report is not informative
 constexpr double kOversized = 2;            // factor from which a noise is named as too large
 constexpr double kMinVarianceShare = 0.05;  // minimum share of the noise variance that is left in a residual
 constexpr std::size_t kWorst = 5;
@@ -262,7 +262,7 @@ std::string FitReport::verdict() const {
   if (consistent() && noise_is_far_too_large())
     return "NOISE FAR TOO LARGE (" + costs +
            "). Too large: " + (oversized.empty() ? "the noise of motion or sensors" : oversized) +
-           "; standard deviations and this report say little. Give smaller noise, or fit it with tandem tune.";
+           "; standard deviations and this report are not informative. Give smaller noise, or fit it with tandem tune.";
   if (consistent())
     return "The data fit the model (" + costs + ")." +
            (oversized.empty() ? "" : " Noise that is larger than the residuals need: " + oversized + ".");

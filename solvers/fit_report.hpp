@@ -82,8 +82,8 @@ struct FitReport {
   std::vector<SensorFit> sensors;
   std::vector<NoiseFit> noises;  ///< in the order of their first blocks
 
-  /// Returns whether the stated noise is so large that costs, standard deviations and this report say little: the cost
-  /// is below a quarter of its expectation.
+  /// Returns whether the stated noise is so large that costs, standard deviations and this report are not informative:
+  /// the cost is below a quarter of its expectation.
   bool noise_is_far_too_large() const;
   /// Returns whether no sensor has a misfit and the cost is at most five standard deviations or half above its
   /// expectation.

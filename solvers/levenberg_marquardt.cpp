@@ -114,7 +114,7 @@ class DampedSteps {
   bool try_step() {
     auto& s = session_.summary;
     while (!model_.find_step(damping_.value)) {
-      if (model_.reduce_curvature()) continue;  // better than to damp negative curvature
+      if (model_.reduce_curvature()) continue;  // with less curvature, weaker damping is sufficient
       reject();
       if (damping_.value > kExcessiveDamping || session_.should_stop()) return false;
     }

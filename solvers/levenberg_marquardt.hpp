@@ -26,8 +26,9 @@ namespace detail {
 /// memory belong to one problem. They stay valid while the variables and blocks of the problem stay the same.
 class LevenbergMarquardt final : public PersistentSolve {
  public:
-  /// `solver` is the name in the summary. `penalty` is the initial weight of hard constraints, relative to the stiffness
-  /// of the cost; null without hard constraints. The problem, the options and `penalty` must outlive this object.
+  /// `solver` is the name in the summary. `penalty` is the initial weight of hard constraints, relative to the
+  /// stiffness of the cost; null without hard constraints. The problem, the options and `penalty` must outlive this
+  /// object.
   LevenbergMarquardt(Problem& problem, const char* solver, const LevenbergMarquardtOptions& options,
                      const double* penalty = nullptr);
   ~LevenbergMarquardt() override;

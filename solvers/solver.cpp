@@ -12,7 +12,7 @@ Summary Solver<Options>::solve() {
   // A solve of an unsupported problem only returns the reason.
   if (!why_unsupported(problem_, options_).empty()) return tandem::solve(problem_, options_);
   if (!analysed_ || !analysed_->is_current()) {
-    analysed_.reset();  // frees its memory first
+    analysed_.reset();  // frees the memory of the previous analysis first
     analysed_ = detail::analyse(problem_, options_);
     ++analyses_;
   }

@@ -12,7 +12,7 @@ namespace tandem {
 
 /// Solves one problem repeatedly with any solver:
 ///
-///   Solver solver(problem);                  // augmented-lagrangian, which without hard constraints equals gauss-newton
+///   Solver solver(problem);  // augmented-lagrangian; without hard constraints, this equals gauss-newton
 ///   Solver other(problem, IpoptOptions{});
 ///
 /// Patterns are kept while values, measurements (Problem::set_residual), noise, losses or bounds change;

@@ -73,10 +73,10 @@ EgoChain::EgoChain(Problem& problem, const NavigationData& data, const EgoOption
       throw BadInputError(error_name(sensor.name) + ": " + why);
     if (sensor.error && options.preintegrated_dvl && sensor.type == EgoSensorType::dvl)
       throw BadInputError(sensor.name +
-                          ": preintegrated DVL velocities do not support systematic errors; remove one of both");
+                          ": preintegrated DVL velocities do not support systematic errors; remove one of the two");
     if (sensor.error && sensor.error->scale_sigma > 0 && options.dvl_scale && sensor.type == EgoSensorType::dvl)
       throw BadInputError(error_name(sensor.name) +
-                          ": --dvl-scale estimates the scale factor already; remove one of both");
+                          ": --dvl-scale estimates the scale factor already; remove one of the two");
     EgoSensor& own = sensors_.emplace_back(sensor);
     own.measurements.clear();
   }

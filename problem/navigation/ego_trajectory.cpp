@@ -51,7 +51,8 @@ Conditional condition_middle(Problem& problem, Eigen::Index n) {
   return result;
 }
 
-/// Returns the sensor with the samples that connect two keyframes; with none if the keyframes are connected by Coasting.
+/// Returns the sensor with the samples that connect two keyframes; with none if the keyframes are connected by
+/// Coasting.
 ImuSensor samples_between(const ImuRecord& imu, double from, double to) {
   ImuSensor sensor{.mount = imu.mount(), .noise = imu.noise(), .max_gap = HUGE_VAL};
   if (!imu.covers(from, to)) return sensor;
@@ -96,8 +97,8 @@ MotionInstant EgoTrajectory::at(double t, const PropagateCovariance& propagate) 
   const Eigen::Index n = imu_ ? 15 : 9;
   EgoState state;
   Dependence on;
-  Eigen::MatrixXd gain;                                      // of the state at t with respect to the variables of `on`
-  Eigen::MatrixXd covariance = Eigen::MatrixXd::Zero(n, n);  // of the state at t, given these variables
+  Eigen::MatrixXd gain;  // Jacobian of the state at t with respect to the variables of `on`
+  Eigen::MatrixXd covariance = Eigen::MatrixXd::Zero(n, n);  // covariance of the state at t, given these variables
   on.add(problem_, a);
   on.add(problem_, b);
   if (t - a.t <= kSameInstant || b.t - t <= kSameInstant) {
@@ -122,7 +123,7 @@ MotionInstant EgoTrajectory::at(double t, const PropagateCovariance& propagate) 
   }
 
   const Matrix<3, 3> to_body = state.pose.rotation().inverse().matrix();
-  Eigen::MatrixXd by_state = Eigen::MatrixXd::Zero(12, n);  // of [pose; twist] with respect to the state at t
+  Eigen::MatrixXd by_state = Eigen::MatrixXd::Zero(12, n);  // Jacobian of [pose; twist] with respect to the state at t
   Eigen::MatrixXd by_keyframes = Eigen::MatrixXd::Zero(12, 2 * n);
   Vector<6> twist;
   by_state.topLeftCorner<6, 6>().setIdentity();

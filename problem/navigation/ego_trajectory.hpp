@@ -10,9 +10,10 @@ namespace tandem {
 
 /// Continuous trajectory of a chaser that moves by its own sensors, at the present values of its keyframes.
 ///
-/// The state at an instant is the conditional mean of a keyframe there, given the keyframes on both sides. The residuals
-/// are those of EgoChain: preintegrated IMU samples, or Coasting in gaps and without an IMU. The result is exact if they
-/// are linear. The turn rate is that of the gyroscope, averaged over 0.1 s, or else the mean between the keyframes.
+/// The state at an instant is the conditional mean of a keyframe there, given the keyframes on both sides. The
+/// residuals are those of EgoChain: preintegrated IMU samples, or Coasting in gaps and without an IMU. The result is
+/// exact if they are linear. The turn rate is that of the gyroscope, averaged over 0.1 s, or else the mean between the
+/// keyframes.
 class EgoTrajectory {
  public:
   /// `imu` is null without an IMU. The arguments must outlive this object.

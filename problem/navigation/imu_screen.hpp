@@ -55,7 +55,7 @@ class ImuScreen {
   double run_begin_ = 0;                          // time of the first of the equal samples up to last_ [s]
   std::size_t samples_ = 0, runs_ = 0, run_ = 0;  // samples seen; runs of equal samples, and length of the newest
   std::size_t used_ = 0, spikes_ = 0;             // samples used; successive spikes
-  double first_spike_ = 0;                        // of the successive ones [s]
+  double first_spike_ = 0;                        // time of the first of the successive spikes [s]
   bool gap_ = false;                              // samples since last_used_ were discarded
 };
 

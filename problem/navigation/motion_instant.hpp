@@ -18,8 +18,8 @@ struct MotionInstant {
   Eigen::MatrixXd covariance;
 };
 
-/// Function that returns J S Jᵀ, where S is the joint covariance of the variables with these IDs and tangent dimensions:
-/// Marginals::propagated(), or the same with FixedLag::covariance().
+/// Function that returns J S Jᵀ, where S is the joint covariance of the variables with these IDs and tangent
+/// dimensions: Marginals::propagated(), or the same with FixedLag::covariance().
 using PropagateCovariance =
     std::function<Eigen::MatrixXd(const Eigen::MatrixXd& J, const std::vector<int>& ids, const std::vector<int>& dofs)>;
 

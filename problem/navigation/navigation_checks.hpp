@@ -32,7 +32,9 @@ struct NavigationFinding {
   std::string sensor;
   std::size_t count = 0;    ///< number of lines, samples or gaps
   double from = 0, to = 0;  ///< time stamps of the first and the last of them [s]
-  std::string channel{};    ///< axis of an IMU, e.g. "specific force x", or the end of the sentence for implausible
+  /// Axis of an IMU, e.g. "specific force x". For Kind::implausible and Kind::rejected, the end of the sentence of
+  /// text().
+  std::string channel{};
   /// Noise densities of the samples for Kind::vibration: m/s² /√Hz and rad/s /√Hz.
   double accelerometer = 0, gyroscope = 0;
 

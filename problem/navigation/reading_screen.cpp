@@ -37,7 +37,7 @@ bool ReadingScreen::is_frozen(double t) const {
   constexpr std::size_t kFewRuns = 20;
   if (run_ < options_.frozen_lines || t - run_begin_ < options_.min_frozen_time) return false;
   if (recorded_ && runs_ <= 1) return !options_.may_be_constant;
-  if (recorded_ && runs_ < kFewRuns) return true;  // too few to tell what is usual
+  if (recorded_ && runs_ < kFewRuns) return true;  // too few runs for a usual length
   if (!recorded_ && runs_ <= options_.min_runs) return false;
   return double(run_) * double(runs_ - 1) > options_.run_ratio * double(lines_ - run_);
 }

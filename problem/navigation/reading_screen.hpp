@@ -10,7 +10,7 @@
 
 namespace tandem {
 
-/// Reasons why the value of a measurement is not believed, whatever the other sensors say.
+/// Reasons to discard the value of a measurement without a comparison with other sensors.
 enum class ReadingFault {
   missing,       ///< not finite, or a marker of missing data
   out_of_range,  ///< no sensor of this type reads such values
@@ -73,8 +73,8 @@ struct ScreenedLines {
 };
 using ScreenedByFault = std::array<ScreenedLines, kReadingFaults>;
 
-/// Discards the lines of a recorded sensor that `options` do not believe; `reading_of(line)` returns its numbers. All
-/// repetitions of a frozen sensor go, including those before it was noticed.
+/// Discards the implausible lines of a recorded sensor; `reading_of(line)` returns the numbers of a line. Discards all
+/// repetitions of a frozen sensor, including those before the detection.
 template <class Line, class ReadingOf>
 ScreenedByFault screen(std::vector<Line>& lines, const ReadingScreen::Options& options, ReadingOf reading_of) {
   std::vector<Reading> readings;

@@ -28,7 +28,7 @@ bool is_holonomic(const VehicleModel<N>& vehicle) {
 namespace detail {
 
 /// Returns the minimum of ½ xᵀ H x − gᵀ x between the bounds, by a primal-dual active-set iteration (Hintermüller et
-/// al. 2002). If it does not settle, clips the last iterate.
+/// al. 2002). If it does not converge, clips the last iterate.
 template <int N>
 Vector<N> bounded_minimum(const Matrix<N, N>& H, const Vector<N>& g, const Vector<N>& lower, const Vector<N>& upper) {
   constexpr int max_iterations = 4 * N;

@@ -73,7 +73,8 @@ void OdometryScreen::learn(const Stamped<SE3>& pose) {
   last_ = pose;
 }
 
-/// Returns whether a coordinate has been repeated for long. A vehicle at rest may repeat its pose, but slows down before.
+/// Returns whether a coordinate has been repeated for long. A vehicle at rest may repeat its pose, but slows down
+/// before.
 bool OdometryScreen::repeats_coordinate(const Stamped<SE3>& pose) {
   bool frozen = false;
   for (int i = 0; i < 3; ++i) {

@@ -9,7 +9,7 @@
 
 namespace tandem {
 
-/// Returns the numbers of a target measurement: those that its sensor measures.
+/// Returns the numbers of a target measurement that a sensor of this type measures.
 Reading reading(SensorType type, const Measurement& m);
 /// Returns the options for a sensor that observes the target.
 ReadingScreen::Options screen_options(const TargetSensor& sensor);
@@ -42,17 +42,17 @@ class OdometryScreen {
 
   std::optional<Stamped<SE3>> last_;
   std::vector<Stamped<SE3>> displaced_;
-  double speed_ = 0, turn_rate_ = 0;        // typical ones [m/s, rad/s]
+  double speed_ = 0, turn_rate_ = 0;        // typical speed and turn rate [m/s, rad/s]
   int steps_ = 0;                           // used poses
-  Vector<6> twist_ = Vector<6>::Zero();     // of the last step [m/s, rad/s]
-  Vector<3> velocity_ = Vector<3>::Zero();  // likewise, in the frame of the odometry [m/s]
+  Vector<6> twist_ = Vector<6>::Zero();     // twist of the last step [m/s, rad/s]
+  Vector<3> velocity_ = Vector<3>::Zero();  // velocity of the last step, in the frame of the odometry [m/s]
   struct Run {
     int repeats = 0;            // successive equal values
     bool stopped_hard = false;  // before the first of them, the vehicle was too fast to stop there
   };
   std::array<Run, 3> runs_{};  // by coordinate
   bool frozen_ = false;
-  SE3 first_from_current_{};  // from the present origin to the first one
+  SE3 first_from_current_{};  // present origin of the odometry in the frame of the first one
 };
 
 /// Discards poses and measurements whose values are not believed. Returns the findings.

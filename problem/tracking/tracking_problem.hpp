@@ -137,8 +137,8 @@ struct PlacedMeasurement {
 /// If the chaser does not manoeuvre, every scale of the target's track relative to the chaser fits the bearings. The
 /// cost would be least with the target in the sensor, where it explains all noise. A LogRange residual at each of the n
 /// bearings holds the range near that of the initial guess, with a standard deviation of √n. Together they are a prior
-/// of a factor e on the scale of the track. If the chaser manoeuvres, the data outweigh it; range_is_observable() tells
-/// (solvers/assumed_range.hpp).
+/// on the scale of the track with a standard deviation of a factor e. If the chaser manoeuvres, the data outweigh it;
+/// see range_is_observable() (solvers/heading_search/range_observability.hpp).
 struct AssumedRange {
   Block block;                   ///< block at the first bearing
   std::size_t sensor, keyframe;  ///< sensor and keyframe of the first bearing

@@ -29,8 +29,8 @@ struct TrackedStates {
 
 /// Continuous trajectories of a tracking problem at its present values, by the interpolation of its motion priors.
 ///
-/// Chaser: along its odometry, whose misclosure between keyframes is distributed (interpolate_along_odometry), or by its
-/// own sensors (EgoTrajectory); with a constant twist where there is no odometry.
+/// Chaser: along its odometry, whose misclosure between keyframes is distributed (interpolate_along_odometry), or by
+/// its own sensors (EgoTrajectory); with a constant twist where there is no odometry.
 ///
 /// Target:
 /// - white_noise_acceleration: Gaussian-process interpolation of pose and twist (interpolate_white_noise);

@@ -20,8 +20,8 @@ namespace tandem {
 namespace {
 
 constexpr int kMaxRows = 6;
-constexpr int kMinBlocks = 5, kBlocks = 8;  // in a recording
-constexpr std::size_t kOrigins = 6;         // of predictions ahead
+constexpr int kMinBlocks = 5, kBlocks = 8;  // blocks of time in a recording: minimum, and preferred minimum
+constexpr std::size_t kOrigins = 6;         // number of origins of predictions ahead
 constexpr double kDegreesOfFreedom = 4;
 /// Factors c(d) on the covariance of d rows, the roots of E[(ν + d) q / (ν c + q)] = d with q ~ χ²_d and ν = 4: with
 /// them, the expected log density of Gaussian errors is stationary at the right covariance.
@@ -57,7 +57,7 @@ std::int64_t time_block(const ScoredMeasurement& m, const ScoreOptions& options,
 
 void add_folds(const std::vector<ScoredMeasurement>& all, const ScoreOptions& options, Kind kind, int sensor,
                std::vector<Fold>& folds) {
-  // A sensor alone leaves the others, so a larger share of it can be held out at once.
+  // If one sensor is held out, the others remain. A larger share of it can therefore be held out at once.
   const std::int64_t n = kind == Kind::sensor ? std::max(2, options.folds / 2) : options.folds;
   std::vector<Fold> group;
   for (int g = 0; g < n; ++g) group.push_back({kind, {kind, sensor, g}});
@@ -132,7 +132,8 @@ class FoldPredictor {
                 const ScoreOptions& options)
       : problems_(problems), measurements_(measurements), options_(options), number_(occurrences(measurements)) {
     solve_options_.stop = options.stop;
-    // A model that others start from is solved well: otherwise, they would gain by further iterations alone.
+    // If other models start from this solution, it needs more iterations. Otherwise they would gain only by continuing
+    // the solve.
     const int iterations = !options.start ? 200 : options.every > 1 ? 30 : 50;
     solve_options_.solve = [stop = options.stop, iterations](Problem& problem) {
       return detail::solve_approximately(problem, stop, iterations);
@@ -313,7 +314,7 @@ PredictiveScore predictive_score(std::span<Problem* const> problems, const std::
     score.why = error.what();
   }
   if (!score.valid()) score.parts.clear();
-  // Averages the kinds of prediction, each of which predicts all measurements or those that it reaches.
+  // Averages over the kinds of prediction.
   for (ScoredPart& part : score.parts) part.log_density /= double(kinds.size());
   std::sort(score.parts.begin(), score.parts.end(),
             [](const ScoredPart& a, const ScoredPart& b) { return a.key < b.key; });
@@ -332,10 +333,12 @@ PredictiveScore completed(PredictiveScore score, const PredictiveScore& referenc
 }
 
 ScoreGain score_gain(const PredictiveScore& a, const PredictiveScore& b) {
-  if (a.parts.size() != b.parts.size()) throw BadInputError("score_gain: the scores have different measurements");
+  constexpr const char* kDifferent =
+      "score_gain: the scores have different measurements; complete both by the same reference (completed())";
+  if (a.parts.size() != b.parts.size()) throw BadInputError(kDifferent);
   std::map<std::pair<int, std::int64_t>, double> gains;
   for (std::size_t i = 0; i < a.parts.size(); ++i) {
-    if (a.parts[i].key != b.parts[i].key) throw BadInputError("score_gain: the scores have different measurements");
+    if (a.parts[i].key != b.parts[i].key) throw BadInputError(kDifferent);
     gains[group_of(a.parts[i])] += b.parts[i].log_density - a.parts[i].log_density;
   }
   ScoreGain gain;

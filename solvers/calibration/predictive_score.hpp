@@ -91,27 +91,28 @@ struct ScoreGain {
 /// gaps of all sensors of the block length and of a quarter of it; with `by_sensor`, each sensor also from the other
 /// ones; with `ahead`, also from earlier measurements only. The log densities of these kinds are averaged.
 ///
-/// The density is Student's t with 4 degrees of freedom, so that few outliers cannot decide. Its scale matrix is the
-/// predicted covariance, multiplied by a factor with which the expected score of Gaussian errors is largest for the
-/// right covariance. The density does not depend on the losses of the model, so models with different losses compare.
+/// The density is Student's t with 4 degrees of freedom, so that a few outliers do not dominate the score. Its scale
+/// matrix is the predicted covariance, multiplied by a factor with which the expected score of Gaussian errors is
+/// largest for the right covariance. The density does not depend on the losses of the model, so models with different
+/// losses are comparable.
 ///
 /// The problems are solved first, and are left solved with all measurements. They may not be used by other threads
-/// meanwhile. If a solve fails, the score is invalid with the reason. Throws BadInputError on invalid options or blocks,
-/// and Stopped.
+/// meanwhile. If a solve fails, the score is invalid with the reason. Throws BadInputError on invalid options or
+/// blocks, and Stopped.
 PredictiveScore predictive_score(std::span<Problem* const> problems, const std::vector<ScoredMeasurement>& measurements,
                                  const ScoreOptions& options);
 
-/// Returns the score on the measurements of `reference`. A measurement that only the reference has counts as there: a
-/// model neither gains nor loses by measurements that it discards.
+/// Returns the score on the measurements of `reference`. A measurement that only the reference has gets the density of
+/// the reference, so a model neither gains nor loses by discarding measurements.
 PredictiveScore completed(PredictiveScore score, const PredictiveScore& reference);
 
 /// Returns the gain of b over a. Both must be completed() by the same reference, or predict the same measurements.
 ScoreGain score_gain(const PredictiveScore& a, const PredictiveScore& b);
 
-/// Returns the length of blocks of time [s] for residuals with this correlation time: three correlation times, or the
-/// longest gap between the measurement times if that is longer, because models are used to fill such gaps; at least
-/// twice the median step, and short enough for eight blocks in the recording. Returns 0 if the recording is too short
-/// for five blocks of the least length.
+/// Returns the length of blocks of time [s] for residuals with this correlation time. It is three correlation times, or
+/// the longest gap between the measurement times if that is longer, because models are used to fill such gaps. It is
+/// short enough for eight blocks in the recording, but at least twice the median step. Returns 0 if the recording is
+/// too short for five blocks of this minimum length.
 double score_block_length(double correlation_time, std::vector<double> times);
 
 namespace detail {

@@ -12,7 +12,7 @@ namespace {
 constexpr int kMaxSearchRounds = 8;
 constexpr int kScreening = 3;          // candidates are screened by every third group of blocks
 constexpr std::size_t kFinalists = 8;  // candidates in each round that are scored by all measurements
-constexpr std::size_t kAtOnce = 3;     // of them, of which the best is kept
+constexpr std::size_t kAtOnce = 3;     // finalists that are scored at the same time; the best acceptable one is kept
 
 /// Returns the score of a model that cannot be built or solved.
 PredictiveScore impossible(const std::string& why) {
@@ -230,7 +230,7 @@ class GreedySearch {
   const BuildModel& build_;
   ModelSelectionOptions options_;
   ModelSelection found_;
-  std::vector<std::shared_ptr<Problem>> solved_;  // by the current model
+  std::vector<std::shared_ptr<Problem>> solved_;  // problems solved with the current model
   std::set<ModelSettings> promising_, recorded_;
   detail::TaskRunner tasks_;
 };

@@ -78,7 +78,8 @@ struct ModelSelection {
 /// depend on the number of threads.
 ///
 /// Each model is solved from its own initial guess and from the solution of the model before, since losses and motion
-/// models have local minima. The search repeats with the candidates that gained and the proposed ones, until it keeps none.
+/// models have local minima. The search repeats with the candidates that gained and the proposed ones, until it keeps
+/// none.
 ///
 /// A candidate with a larger share of measurements outside of the 95 % intervals, beyond the standard errors, is not
 /// kept. Throws Error if the first model cannot be built or solved, and as predictive_score(). A stop before the first

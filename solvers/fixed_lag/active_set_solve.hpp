@@ -14,9 +14,9 @@ namespace tandem::detail {
 /// Sequential quadratic programming for hard constraints and a good initial guess, with a warm-started active set.
 ///
 /// Each step minimises the Gauss-Newton model of the cost under the linearised active rows (ActiveRows). The active set
-/// starts from the multipliers of the problem. Rows with a multiplier of the wrong sign leave it, and rows that the step
-/// would violate enter it, until it is that of the model's solution (Hintermüller, Ito & Kunisch 2002, The primal-dual
-/// active set strategy). If it does not change, a step needs one factorisation, as without constraints.
+/// starts from the multipliers of the problem. Rows with a multiplier of the wrong sign leave it, and rows that the
+/// step would violate enter it, until it is that of the model's solution (Hintermüller, Ito & Kunisch 2002, The
+/// primal-dual active set strategy). If it does not change, a step needs one factorisation, as without constraints.
 ///
 /// Steps that do not reduce the ℓ1 merit function are corrected for the curvature of the rows, then damped as by
 /// Levenberg and Marquardt. Unobservable directions, such as the heading of a target of which only positions are

@@ -178,7 +178,8 @@ bool FixedLag::Factored::linearize(Problem& problem, double damping) {
   return there;
 }
 
-/// Computes at_values_ if it is wanted. Returns whether it covers these variables.
+/// Computes at_values_ if state_ is `wanted` and the size of the problem has not changed since the update. Returns
+/// whether it covers these variables.
 bool FixedLag::linearize_at_values(const std::vector<int>& ids) const {
   const std::lock_guard lock(*mutex_);
   if (state_ == AtValues::wanted && size() == size_after_update_)
@@ -304,7 +305,9 @@ bool FixedLag::extend() {
 void FixedLag::check_known(const std::vector<int>& ids) const {
   for (const int id : ids) {
     if (id < 0 || id >= problem_.id_bound() || problem_.name(id).empty())
-      throw StaleHandleError("fixed-lag: covariance of a variable that is not in the problem or has been removed");
+      throw StaleHandleError(
+          "fixed-lag: the covariance is requested for a variable that is not in the problem; use IDs of variables in "
+          "problem()");
     if (block_of(id) == kUnknown)
       throw NumericalError("fixed-lag: no covariance of " + problem_.name(id) +
                            ": it was not in the last update, or the update failed");

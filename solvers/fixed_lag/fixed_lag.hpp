@@ -22,9 +22,12 @@ namespace tandem {
 /// all data. For nonlinear problems they are approximate; the error is small if the oldest estimates in the window have
 /// settled.
 ///
-/// FixedLagOptions options; options.window = 20.0; FixedLag lag(options); const auto x1 = lag.add(t1, guess, "pose 1");
-/// // a variable at a time lag.problem().minimize(residual, noise, {x0, x1});       // as with any problem
-/// lag.update();                                            // sets x1 to its estimate; marginalizes old variables
+///   FixedLagOptions options;
+///   options.window = 20.0;
+///   FixedLag lag(options);
+///   const auto x1 = lag.add(t1, guess, "pose 1");  // a variable at a time
+///   lag.problem().minimize(residual, noise, {x0, x1});
+///   lag.update();  // sets x1 to its estimate; marginalizes old variables
 ///
 /// Blocks may be added to any variable in the window, also to old ones. Late measurements are possible while
 /// why_too_late(t) is empty. Variables without a time are added to problem() and never leave. Handles of marginalized
@@ -75,8 +78,9 @@ class FixedLag {
   /// Solves the window from the present values, then marginalizes older variables (see FixedLagOptions::patience).
   ///
   /// The window ends at the newest variable. Nothing is marginalized if the solve fails, if the hard constraints are
-  /// infeasible, or if the problem is not supported. Throws the exceptions of `before_marginalize`, and UndefinedResidualError if a residual of a leaving
-  /// variable is undefined at the estimate. Variables that have not left by then remain, and later updates try again.
+  /// infeasible, or if the problem is not supported. Throws the exceptions of `before_marginalize`, and
+  /// UndefinedResidualError if a residual of a leaving variable is undefined at the estimate. Variables that have not
+  /// left by then remain, and later updates try again.
   Summary update();
 
   /// Updates covariance() to the present values and blocks without a solve, for instance for the covariance of a

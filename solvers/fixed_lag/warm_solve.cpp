@@ -108,8 +108,8 @@ void WarmSolve::try_step() {
   const double min_gain = options_.cost_tolerance * std::max(1.0, s.cost);
   const bool undamped_step = damping_.value <= std::max(kUndamped, options_.initial_damping);
   const bool last = undamped_step && predicted_ <= std::max(min_gain, 1e-14 * s.cost);
-  // A step of large predicted gain is not the last one, so evaluate the Hessian at once. The last one needs the
-  // gradient at most.
+  // A step with a large predicted gain is not the last one, so the Hessian is evaluated at once. The last step needs no
+  // more than the gradient.
   const bool perhaps_last = undamped_step && predicted_ <= kModestGain * std::max(1.0, s.cost);
   const With with = last ? With::nothing : perhaps_last ? With::gradient : With::hessian;
   const double trial = cost_at_step(with), drop = s.cost - trial;

@@ -8,9 +8,9 @@
 
 namespace tandem::detail {
 
-/// Information added to an unknown that nothing observes. Relative to its diagonal entry if only a combination of
-/// unknowns is unobservable, such as the heading of a target of which only positions are measured. The value is far
-/// above rounding; it is that of a standard deviation of 10⁶.
+/// Information that is added to an unobservable unknown. If only a combination of unknowns is unobservable, such as the
+/// heading of a target with position measurements only, it is relative to the diagonal entry. The value is far above
+/// rounding; it is that of a standard deviation of 10⁶.
 inline constexpr double kMinInformation = 1e-12;
 
 inline constexpr double kMinRejectedDamping = 1e-6;  ///< minimum damping after a rejected step

@@ -33,7 +33,7 @@ struct LinearEquations {
 /// Elimination writes each block as x_k = T_k x_s + z_k, where D_k is the covariance of z_k and s are the block rows
 /// below k in the factor. The backward recursion (Takahashi, Fagan & Chen 1973, by blocks; Erisman & Tinney 1975)
 ///
-/// S_sk = S_ss T_kᵀ        S_kk = D_k + T_k S_sk
+///   S_sk = S_ss T_kᵀ        S_kk = D_k + T_k S_sk
 ///
 /// needs only blocks of S_ss on the pattern. Without equations, T_k = −L_kk⁻ᵀ L_skᵀ and D_k = (L_kk L_kkᵀ)⁻¹. Blocks
 /// with equations are eliminated by ConstrainedFront.

@@ -9,10 +9,10 @@
 
 namespace tandem::detail {
 
-/// Decides between an IMU and the sensors that contradict the estimate. The IMU propagates all predictions, so a fault of
-/// the IMU lets the gate reject every other sensor. A trial therefore estimates the last seconds again without the IMU:
-/// if the other sensors agree with each other then, the IMU is wrong. The same trial with the IMU shows when it works
-/// again.
+/// Decides between an IMU and the sensors that contradict the estimate. The IMU propagates all predictions, so a fault
+/// of the IMU lets the gate reject every other sensor. A trial therefore estimates the last seconds again without the
+/// IMU: if the other sensors agree with each other then, the IMU is wrong. The same trial with the IMU shows when it
+/// works again.
 class ImuTrial {
  public:
   /// The estimate of a trial in which all sensors agree.

@@ -30,7 +30,7 @@ std::optional<Rejection> OnlineEstimator::Streams::add_odometry(const Stamped<SE
                        "odometry: the pose at " + seconds_text(pose.t) + " is implausibly far from the previous one",
                        pose.t};
     case OdometryScreen::Verdict::frozen:
-      process_until(pose.t);  // the time passes
+      process_until(pose.t);  // time advances although the value is rejected
       return Rejection{
           Kind::implausible,
           "odometry: rejected a pose at " + seconds_text(pose.t) + " " + std::string(text(ReadingFault::frozen)),
@@ -45,7 +45,7 @@ std::optional<Rejection> OnlineEstimator::Streams::add_odometry(const Stamped<SE
       break;
     case OdometryScreen::Verdict::use:
       if (!was_frozen) break;
-      // The motion meanwhile is unknown, also on average.
+      // The motion while the odometry was frozen is unknown, even its mean.
       if (window_->started())
         reset_window(TrackReset::Kind::suspended,
                      "odometry was frozen from " + seconds_text(odometry_.back().t) + " to " + seconds_text(pose.t));

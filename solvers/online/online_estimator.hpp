@@ -65,8 +65,8 @@ struct OnlineUpdate {
 /// hypotheses. The target is then re-initialised by its next position measurement. A chaser with its own sensors
 /// continues from its last state with a larger covariance, or is aligned again after a gap.
 ///
-/// If several sensors contradict the estimate that the IMU propagates, but agree with each other without it, the estimate
-/// continues without the IMU until it agrees with them again.
+/// If several sensors contradict the estimate that the IMU propagates, but agree with each other without it, the
+/// estimate continues without the IMU until it agrees with them again.
 ///
 /// Thread safety: different estimators may be used in different threads. One estimator needs a lock, also for its const
 /// functions, which cache results.
@@ -157,8 +157,8 @@ class OnlineEstimator {
     std::optional<MotionInstant> chaser, target;  ///< nothing outside of the keyframes of the window
   };
   /// Returns the states at t [s], between two keyframes of the window, by the interpolation of the motion priors
-  /// (TrackingTrajectory, EgoTrajectory), with covariances unless the last update failed. Motion hypotheses do not affect
-  /// them.
+  /// (TrackingTrajectory, EgoTrajectory), with covariances unless the last update failed. Motion hypotheses do not
+  /// affect them.
   Instant at(double t) const;
 
   /// The current estimate of a systematic error of a sensor.

@@ -12,9 +12,9 @@ using detail::EventQueue;
 using detail::seconds_text;
 
 // Smallest standard deviations of a start state; zero would mean that it is exact.
-constexpr double kMinSigma = 1e-6;                    // m, rad, m/s
-constexpr double kMinBiasSigma = 1e-9;                // m/s², rad/s
-constexpr double kRecent = 5;                         // s; age up to which a measurement tells the state after a reset
+constexpr double kMinSigma = 1e-6;      // m, rad, m/s
+constexpr double kMinBiasSigma = 1e-9;  // m/s², rad/s
+constexpr double kRecent = 5;           // s; maximum age of a measurement that sets the state after a reset
 constexpr double kMaxDistance = 1e8, kMaxSpeed = 30;  // m, m/s; a state beyond them is wrong
 
 constexpr double kWindowWithoutImu = 10;  // s; without IMU samples, each measurement makes a keyframe

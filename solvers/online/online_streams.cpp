@@ -57,7 +57,7 @@ std::string contradiction_text(const std::string& name, double t) {
 std::vector<detail::HealthMonitor::Sensor> monitored_sensors(const TrackingData& tracking, const NavigationData* ego) {
   std::vector<detail::HealthMonitor::Sensor> sensors;
   const auto bit = [](EgoReading reading) { return 1u << int(reading); };
-  // A DVL and a GPS receiver confirm each other, and depth and heading. Depth and heading say nothing of the others.
+  // A DVL and a GPS receiver confirm each other, and depth and heading. Depth and heading do not confirm other sensors.
   // Without an IMU, a DVL does not confirm a heading either, because it moves along with it.
   const unsigned gps = bit(EgoReading::world_vector), motion = bit(EgoReading::body_vector) | gps;
   if (ego)
@@ -112,7 +112,7 @@ MaybeRejection OnlineEstimator::Streams::add_imu(const ImuSample& sample) {
     return Rejection{Kind::invalid_time, *why};
   ImuSample judged = sample;
   if (const auto fault = imu_screen_->judge(judged)) {
-    process_until(sample.t);  // the time passes
+    process_until(sample.t);  // time advances although the value is rejected
     return Rejection{Kind::implausible,
                      name + ": rejected a sample at " + seconds_text(sample.t) + " " + std::string(text(*fault)),
                      sample.t};
@@ -120,7 +120,7 @@ MaybeRejection OnlineEstimator::Streams::add_imu(const ImuSample& sample) {
   last_imu_ = sample.t;
   imu_trial_->add(judged);
   if (imu_excluded_) {
-    process_until(sample.t);  // the time passes
+    process_until(sample.t);  // time advances although the value is rejected
     readmit_imu(sample.t);
     return Rejection{
         Kind::implausible,
@@ -156,7 +156,7 @@ MaybeRejection OnlineEstimator::Streams::add_target(std::size_t sensor, const Me
   return enqueue(m.t, by.valid_at(m), {sensor, m});
 }
 
-/// Judges a value. The time passes also if it is not believed.
+/// Judges a value. Time advances even if the value is rejected.
 MaybeRejection OnlineEstimator::Streams::why_implausible(std::size_t index, const std::string& name, double t,
                                                          const Reading& reading) {
   const auto fault = screens_[index].judge(t, reading);

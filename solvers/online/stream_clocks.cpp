@@ -168,7 +168,7 @@ void StreamClocks::hold(std::size_t stream, double stamp) {
   const double own = states_[stream].unit;
   if (adopt_offset(stream)) return;
   if (!streams_[stream].motion)
-    for (const Unit& unit : kUnits)  // does another unit bring it to the common time?
+    for (const Unit& unit : kUnits)  // tries whether the stamp agrees with the common time in another unit
       if (unit.seconds != own &&
           std::abs(held.front().stamp * unit.seconds - held.front().clock) <= options_.max_lead + max_lead() &&
           std::abs(stamp * unit.seconds - clock_) <= options_.max_lead + max_lead() &&

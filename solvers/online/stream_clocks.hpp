@@ -22,9 +22,9 @@ struct ClockOptions {
 };
 
 /// Synchronises the clocks of several streams, line by line, to a common time in seconds. Detects stamps in milli-,
-/// micro- or nanoseconds. Stamps are believed while they are consistent within their stream: lines may be late by up to
-/// `max_lag`, also in disorder. If the clock of a stream steps, its lines are timed by arrival until its stamps agree
-/// with the others again. A stamp far from the common time is held until later lines of its stream confirm or
+/// micro- or nanoseconds. Stamps are used as long as they are consistent within their stream: lines may be late by up
+/// to `max_lag`, also in disorder. If the clock of a stream steps, its lines are timed by arrival until its stamps
+/// agree with the others again. A stamp far from the common time is held until later lines of its stream confirm or
 /// contradict it, so a single wrong stamp costs only its own line.
 class StreamClocks {
  public:

@@ -64,8 +64,8 @@ enum class OutputState {
   aided,    ///< recent measurements were used
   lost,     ///< no recent measurement: dead reckoning or prediction
   invalid,  ///< lost for too long, or updates do not converge: do not use
-  /// Recent measurements were used, but the estimate was reset to a sensor that contradicted it, and no other sensor has
-  /// confirmed this one since.
+  /// Recent measurements were used, but the estimate was reset to a sensor that contradicted it, and no other sensor
+  /// has confirmed this one since.
   unconfirmed,
 };
 
@@ -77,8 +77,8 @@ struct OutputHealth {
   /// Time since the last aiding measurement [s]. Odometry, GPS and DVL aid the chaser, but not depth or heading alone.
   /// Any sensor aids the target. Rejected measurements do not count.
   double age = 0;
-  /// Whether recent measurements of at least two sensors, the IMU included, agree, so that each shows gross errors of the
-  /// other. Odometry has no other sensor.
+  /// Whether recent measurements of at least two sensors, the IMU included, agree, so that each shows gross errors of
+  /// the other. Odometry has no other sensor.
   bool confirmed = false;
 };
 
@@ -135,9 +135,9 @@ class HealthMonitor {
   void rejected(std::size_t sensor, double t, double sigmas);
   /// Returns the time since which a sensor contradicts the estimate [s], or nothing.
   std::optional<double> contradicting_since(std::size_t sensor) const;
-  /// Returns whether the estimate must be reset to a sensor that contradicts it. Not so if another sensor confirms the
-  /// estimate: a sensor that was in use and then contradicts the others is wrong, however long it persists. After an
-  /// absence, it is believed, since the estimate had no measurement of its kind.
+  /// Returns whether the estimate must be reset to a sensor that contradicts it. This is not the case if another sensor
+  /// confirms the estimate: a sensor that was used before and now contradicts the others is wrong, no matter how long.
+  /// After an absence, only sensors of the same subject count, since the estimate had no measurement of this kind.
   bool must_reset_to(std::size_t sensor) const;
 
   /// Returns the time since which sensors of at least two subjects have contradicted the estimate without a break [s],
@@ -146,8 +146,8 @@ class HealthMonitor {
   /// Returns the names of the sensors that contradict the estimate now, e.g. "depth and dvl".
   std::string contradicting_sensors(double t) const;
 
-  /// Must be called before a reset to a sensor that contradicts the estimate. Until another sensor confirms it, the output
-  /// that it aids is unconfirmed. After an absence, the sensor is as good as at the start.
+  /// Must be called before a reset to a sensor that contradicts the estimate. Until another sensor confirms it, the
+  /// output that it aids is unconfirmed. After an absence, the output is aided without confirmation, as at the start.
   void adopt(std::size_t sensor);
 
   void updated(double t, bool converged);
@@ -158,7 +158,8 @@ class HealthMonitor {
   void update_outputs(double t, std::optional<double> chaser_aided, std::optional<double> target_aided);
   /// States whether the outputs are confirmed; call it after update_outputs().
   void set_confirmed(bool chaser, bool target);
-  /// Returns whether the newest measurement of the sensor was used, and is within ResetOptions::lost_after before t [s].
+  /// Returns whether the newest measurement of the sensor was used, and is within ResetOptions::lost_after before t
+  /// [s].
   bool agrees(std::size_t sensor, double t) const;
   /// Returns the other sensors of the same subject that agree with the estimate, e.g. "optical and sonar".
   std::string other_agreeing_sensors(std::size_t sensor, double t) const;

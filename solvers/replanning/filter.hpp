@@ -28,7 +28,8 @@ class Filter {
   bool accept(const Point& from, const Point& to, double fraction, double slope) {
     if (!std::isfinite(to.cost) || !std::isfinite(to.violation) || !admits(to)) return false;
     const double gain = -fraction * slope, noise = kNoise * (1.0 + std::abs(from.cost));
-    const double predicted = std::pow(gain, kCostPower) * std::pow(fraction, 1.0 - kCostPower);  // (19) of the paper
+    const double predicted =
+        std::pow(gain, kCostPower) * std::pow(fraction, 1.0 - kCostPower);  // Wächter & Biegler 2006, eq. 19
     if (gain > 0 && from.violation <= nearly_feasible_ && predicted > std::pow(from.violation, kViolationPower))
       return to.cost <= from.cost - kArmijo * gain + noise;
     if (to.violation > (1.0 - kMargin) * from.violation && to.cost > from.cost - kMargin * from.violation + noise)

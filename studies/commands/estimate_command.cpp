@@ -67,7 +67,7 @@ std::vector<DelayFit> fit_delays(const EstimateRequest& request, const TrackingO
       throw Error("--fit-delay " + sensor.name + " is given twice");
     for (const TargetSensor& s : scenario.data.sensors)
       if (s.name == sensor.name && s.error && s.error->delay_sigma > 0)
-        throw Error("--fit-delay " + sensor.name + ": its delay is a systematic error already; remove one of both");
+        throw Error("--fit-delay " + sensor.name + ": its delay is a systematic error already; remove one of the two");
     stop.limit(common(limited));
     fits.push_back(fit_target_delay(scenario.data, sensor.name, options, limited, request.graduated,
                                     progress_shown(request.output)));
