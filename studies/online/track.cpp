@@ -10,6 +10,7 @@
 #include <tandem/lie/error.hpp>
 #include <tandem/studies/navigation/navigated_scenario.hpp>
 #include <tandem/studies/online/replay_log.hpp>
+#include <tandem/studies/online/reset_notice.hpp>
 #include <tandem/studies/online/track.hpp>
 #include <tandem/studies/support/input_file.hpp>
 #include <tandem/studies/support/resources.hpp>
@@ -41,16 +42,6 @@ std::string reason_of(Rejection::Kind kind, bool has_target) {
       break;
   }
   return has_target ? "not usable at its time" : "before the first position of the target";
-}
-
-/// Returns the options that set hard constraints, as a list.
-std::string hard_options(const TrackingOptions& target) {
-  std::vector<std::string> names;
-  if (target.non_holonomic == Role::hard) names.push_back("--non-holonomic hard");
-  if (target.roll_pitch == Role::hard) names.push_back("--roll-pitch hard");
-  if (target.limits == Role::hard && target.surge) names.push_back("--surge");
-  if (target.limits == Role::hard && target.max_yaw_rate) names.push_back("--yaw-rate");
-  return listed(names);
 }
 
 ReplayLog::Options log_options(const OnlineOptions& online, bool odometry) {
@@ -85,10 +76,7 @@ class Tracker {
     estimator_.on_update = [this](const OnlineUpdate& update) { record_update(update); };
     estimator_.on_reject = [this](const std::string& sensor, const Rejection& why) { report(sensor, why); };
     estimator_.on_reset = [this](const TrackReset& reset) {
-      if (options_.on_notice && !replaying_)
-        options_.on_notice(reset.why + (reset.kind == TrackReset::Kind::suspended
-                                            ? "; the track is suspended until the next usable measurement"
-                                            : "; the track is reset"));
+      if (options_.on_notice && !replaying_) options_.on_notice(reset_notice(reset, options_.online.tracking));
     };
   }
 

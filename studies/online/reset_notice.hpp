@@ -1,0 +1,17 @@
+#pragma once
+
+#include <string>
+
+#include <tandem/problem/tracking/tracking_problem.hpp>
+#include <tandem/solvers/online/track_health.hpp>
+
+namespace tandem {
+
+/// Returns the options that make constraints on the motion of the target hard, as "--roll-pitch hard and --surge".
+/// Empty if there are none.
+std::string hard_options(const TrackingOptions& target);
+
+/// Returns a sentence about a reset. It names the hard constraints if they may be the reason.
+std::string reset_notice(const TrackReset& reset, const TrackingOptions& target);
+
+}  // namespace tandem
