@@ -12,14 +12,13 @@
 #include <tandem/studies/commands/problem_options.hpp>
 #include <tandem/studies/commands/solver_options.hpp>
 #include <tandem/studies/navigation/navigated_scenario.hpp>
-#include <tandem/studies/online/partial_track.hpp>
+#include <tandem/studies/online/running_track_files.hpp>
 #include <tandem/studies/online/track.hpp>
 #include <tandem/studies/online/track_files.hpp>
 #include <tandem/studies/online/track_json_line.hpp>
 #include <tandem/studies/online/track_lines.hpp>
 #include <tandem/studies/online/track_report.hpp>
 #include <tandem/studies/online/track_snapshot.hpp>
-#include <tandem/studies/support/limited_warnings.hpp>
 #include <tandem/studies/support/option_values.hpp>
 #include <tandem/studies/support/text.hpp>
 
@@ -185,70 +184,6 @@ std::string why_unreliable(const Track& track) {
                      track.faulty_interval->until, what);
 }
 
-/// The files that are written while tracking: partial results beside --out, and the snapshot. Also resumes from those
-/// of an earlier run. Failed writes cause warnings but do not end the track.
-class OnDisk {
- public:
-  OnDisk(const TrackRequest& request, const Scenario& scenario)
-      : snapshot_(request.snapshot), rows_(scenario.frame, request.live.ahead, watched_sensors(scenario)) {
-    std::optional<PartialTrack::ResumeOptions> resume;
-    if (snapshot_) {
-      if (auto before = read_snapshot(*snapshot_, scenario)) before_.emplace(TrackResumePoint{std::move(*before)});
-      resume.emplace(PartialTrack::ResumeOptions{
-          .keep_all = request.standard_input,
-          .record_bytes = record_bytes(request.live.ahead.size(), watched_sensors(scenario).size())});
-      if (before_) resume->from = before_->snapshot.partial;
-    }
-    if (snapshot_ || request.output.folder) disk_.emplace(PartialTrack::period);
-    if (request.output.folder) {
-      partial_.emplace(request.output.folder->partial(), rows_, *disk_, resume, warn);
-      if (before_) {
-        before_->n = partial_->num_earlier_records();
-        before_->records = partial_->records_file();
-      }
-    }
-    if (before_ && !request.output.quiet)
-      warn(fmt::format("resuming from {}, written at t = {:.1f} s", snapshot_->string(), before_->snapshot.t));
-  }
-
-  /// Returns the state of an earlier run to resume from, if any.
-  const std::optional<TrackResumePoint>& before() const { return before_; }
-
-  /// Returns whether results are written to files.
-  bool has_results() const { return disk_.has_value(); }
-
-  void add(const TrackRecord& record) {
-    try {
-      if (partial_) partial_->add(record);
-    } catch (const Error& error) {  // the partial results could not be started
-      partial_.reset();
-      print_(std::string(error.what()) + "; tracking continues, and results are written only at the end");
-    }
-    if (!disk_) return;
-    if (const std::string why = disk_->failure(); !why.empty()) print_(why + "; tracking continues");
-  }
-  void add(TrackSnapshot snapshot) {
-    if (partial_) snapshot.partial = partial_->checkpoint();
-    disk_->replace(*snapshot_, bytes_of(snapshot));
-  }
-  /// Removes the files after the final results are written. Keeps them for the next run if there is a snapshot and the
-  /// data have not ended.
-  void remove(bool ended) {
-    if (partial_ && (ended || !snapshot_)) partial_->remove();
-    if (!ended || !snapshot_) return;
-    disk_->flush();
-    std::filesystem::remove(*snapshot_);
-  }
-
- private:
-  const std::optional<std::filesystem::path> snapshot_;
-  const TrackRows rows_;
-  std::optional<TrackResumePoint> before_;
-  std::optional<DurableFiles> disk_;
-  std::optional<PartialTrack> partial_;
-  LimitedWarnings print_{"failed writes", warn};
-};
-
 /// Runs the command. An interrupt ends it with the summary.
 int run_track(const TrackRequest& request, const CommandOptions& option) {
   TrackOptions options = track_options(request);
@@ -262,20 +197,26 @@ int run_track(const TrackRequest& request, const CommandOptions& option) {
     if (const std::string why = timestamp_overlap_warning(scenario); !why.empty()) warn(why);
 
   const bool tables = !request.output.quiet && !request.output.json && !request.json_lines;
-  OnDisk on_disk(request, scenario);
-  if (request.snapshot) options.on_snapshot = [&](TrackSnapshot snapshot) { on_disk.add(std::move(snapshot)); };
+  RunningTrackFiles files(
+      {.snapshot = request.snapshot,
+       .partial_results = request.output.folder ? std::optional(request.output.folder->partial()) : std::nullopt,
+       .keep_all = request.standard_input,
+       .announce = !request.output.quiet,
+       .warn = [](const std::string& sentence) { warn(sentence); }},
+      scenario, options.ahead);
+  if (request.snapshot) options.on_snapshot = [&](TrackSnapshot snapshot) { files.add(std::move(snapshot)); };
   TrackJsonLines json_lines(scenario.frame, watched_sensors(scenario), options.ahead,
                             request.covariance.value_or(LineCovariance::joint), request.rate);
   TrackLines lines(scenario.frame, !scenario.data.sensors.empty(), scenario.data.planar, options.ahead);
   const auto each = [&](const TrackRecord& record) {
-    on_disk.add(record);
+    files.add(record);
     if (!tables && !request.json_lines) return;
     const std::string text = tables ? lines(record) : json_lines(record);
     if (text.empty()) return;
     print(text);
-    if (flush_output() != 0 && !on_disk.has_results()) throw Error(output_failure());  // the rest could not be shown
+    if (flush_output() != 0 && !files.has_results()) throw Error(output_failure());  // the rest could not be shown
   };
-  const Track result = track(scenario, options, *feed, each, on_disk.before());
+  const Track result = track(scenario, options, *feed, each, files.before());
   if (result.records.size() == 0) {
     warn(why_no_track(result));
     return kIncomplete;
@@ -294,7 +235,7 @@ int run_track(const TrackRequest& request, const CommandOptions& option) {
   results.plots_command = "track";
   results.write = [&](const std::filesystem::path& folder) { write_track(result, summary, scenario, options, folder); };
   const int status = finish(request.output, results);
-  on_disk.remove(result.ended && !request.standard_input);
+  files.remove(result.ended && !request.standard_input);
   return status;
 }
 
