@@ -30,7 +30,7 @@ void stop_all() {
 
 }  // namespace
 
-RunningSolve::RunningSolve() {
+RunningSolve::RunningSolve(std::atomic<bool>& stop) : stop_(stop) {
   if (exiting) throw Stopped("the solve was not started, because Python exits");
   running.push_back(&stop_);
 }

@@ -10,17 +10,14 @@ namespace tandem::python {
 /// waited for, because a thread that takes the lock afterwards ends the process. Created and destroyed with the lock.
 class RunningSolve {
  public:
-  /// Throws Stopped if the interpreter exits.
-  RunningSolve();
+  /// `stop` ends the computation and must outlive the object. Throws Stopped if the interpreter exits.
+  explicit RunningSolve(std::atomic<bool>& stop);
   ~RunningSolve();
   RunningSolve(const RunningSolve&) = delete;
   RunningSolve& operator=(const RunningSolve&) = delete;
 
-  /// Flag that ends the computation.
-  std::atomic<bool>& flag() { return stop_; }
-
  private:
-  std::atomic<bool> stop_ = false;
+  std::atomic<bool>& stop_;
 };
 void bind_interrupt(pybind11::module_& m);
 

@@ -54,10 +54,11 @@ class PyProblem {
     Solve(const Solve&) = delete;
     Solve& operator=(const Solve&) = delete;
 
-    std::atomic<bool>& stop() { return running_.flag(); }
+    std::atomic<bool>& stop() { return stop_; }
 
    private:
-    RunningSolve running_;
+    std::atomic<bool> stop_ = false;
+    RunningSolve running_{stop_};
     PyProblem& problem_;
   };
 

@@ -20,7 +20,7 @@ class WatchedSolve {
   }
   WatchedSolve(const WatchedSolve&) = delete;
 
-  const std::atomic<bool>& stop() { return running_.flag(); }
+  const std::atomic<bool>& stop() { return stop_; }
   /// Adds the stop flag and the progress function to the options of a solve. The object must outlive the solve.
   void watch(SolverOptions& options) {
     options.stop = &stop();
@@ -51,8 +51,9 @@ class WatchedSolve {
   /// Returns f(), computed without the lock.
   template <class F>
   auto run(F f) {
-    running_.flag() = false;
-    const SolveStop of_this_thread(running_.flag());
+    stop_ = false;
+    const RunningSolve running(stop_);
+    const SolveStop of_this_thread(stop_);
     const py::gil_scoped_release unlocked;
     return f();
   }
@@ -60,10 +61,10 @@ class WatchedSolve {
  private:
   void stop_or_throw(const char* source, const py::error_already_set& error) {
     if (!error.matches(PyExc_KeyboardInterrupt)) throw PythonError(source, error);
-    running_.flag() = true;
+    stop_ = true;
   }
 
-  RunningSolve running_;
+  std::atomic<bool> stop_ = false;
   py::object progress_;
 };
 

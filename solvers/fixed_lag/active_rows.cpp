@@ -10,6 +10,7 @@ namespace {
 /// W over the stiffness of the cost along each row: each solve reduces the error by about this factor. Rounding errors
 /// of p grow with it.
 constexpr double kWeight = 1e5;
+constexpr double kDetermined = 1e-3;    // largest remaining share of the variance of an unknown that the rows determine
 constexpr double kMaxResidual = 1e-12;  // of an equation [standard deviations]
 constexpr int kMaxSolves = 20;          // three are usual
 
@@ -81,7 +82,14 @@ Eigen::MatrixXd ActiveRows::constrained_inverse(const BlockCholesky& factor, con
     S.col(i) = x(unknowns);
   }
   rows = weight_.cwiseSqrt().asDiagonal() * rows;
-  return S - rows.transpose() * rows;
+  Eigen::MatrixXd constrained = S - rows.transpose() * rows;
+  // Of an unknown that the rows determine, the step leaves a share of about 1 / kWeight; exactly, it is zero.
+  for (Eigen::Index i = 0; i < size; ++i)
+    if (constrained(i, i) <= kDetermined * S(i, i)) {
+      constrained.row(i).setZero();
+      constrained.col(i).setZero();
+    }
+  return constrained;
 }
 
 }  // namespace tandem::detail

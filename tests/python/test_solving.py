@@ -87,3 +87,10 @@ def test_exit_while_a_thread_solves(residual, end):
         f"time.sleep(0.3)\nprint('end', flush=True)\n{end}\n")
     output = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, timeout=60)
     assert output.returncode == 0 and output.stdout == "end\n", output.stderr
+
+
+@pytest.mark.parametrize("made", ["tandem.FixedLag(window=4.0)", "tandem.Problem()"])
+def test_exit_while_an_object_is_alive(made):
+    output = subprocess.run([sys.executable, "-c", f"import tandem\nkept = {made}\nprint('end')"],
+                            capture_output=True, text=True, timeout=30)
+    assert output.returncode == 0 and output.stdout == "end\n", output.stderr

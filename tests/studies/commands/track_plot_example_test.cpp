@@ -16,17 +16,20 @@ constexpr const char* kPyplot = R"(
 class Curve:
     def set_data(self, x, y): self.x, self.y = x, y
 class Axes:
+    def __init__(self): self.curves, self.title = {}, ""
+    def plot(self, *_, label): return [self.curves.setdefault(label, Curve())]
+    def set(self, **_): pass
+    def set_title(self, text): self.title = text
+    def legend(self): pass
     def relim(self): pass
     def autoscale_view(self): pass
-curves, titles = {}, []
-def plot(*_, label): return [curves.setdefault(label, Curve())]
-def gca(): return Axes()
-def title(text): titles.append(text)
+axes = Axes()
+def subplots(): return None, axes
 def ignore(*_): pass
-legend = axis = xlabel = ylabel = ion = ioff = pause = ignore
+ion = ioff = pause = ignore
 def show():
-    print(titles[-1])
-    for label, curve in curves.items(): print(label, len(curve.x), len(curve.y))
+    print(axes.title)
+    for label, curve in axes.curves.items(): print(label, len(curve.x), len(curve.y))
 )";
 
 TEST(TrackPlotExample, PlotsAStreamOfJsonLines) {
@@ -43,7 +46,7 @@ TEST(TrackPlotExample, PlotsAStreamOfJsonLines) {
   const std::string command = "PYTHONPATH='" + scratch.path().string() + "' python3 -B '" + example + "' < '" +
                               lines.string() + "' > '" + output.string() + "' 2> '" + errors.string() + "'";
   EXPECT_EQ(std::system(command.c_str()), 0) << read_file(errors);
-  EXPECT_THAT(read_file(output), ContainsRegex("^[34][0-9]\\.[0-9] s, aided\nchaser [34][0-9] [34][0-9]\n"
+  EXPECT_THAT(read_file(output), ContainsRegex("^[34][0-9]\\.[0-9] s, target aided\nchaser [34][0-9] [34][0-9]\n"
                                                "target [1-4][0-9] [1-4][0-9]\nahead 2 2\n$"));
 }
 
