@@ -9,15 +9,13 @@ import re
 import shlex
 import statistics
 import subprocess
-import time
 
 from benchmark_session import DATA, ROOT, Failure, fixed, matched, scientific, section, significant
 
 CARS = ["kitti_0000_000", "kitti_0002_005", "kitti_0004_002", "kitti_0006_012", "kitti_0008_008", "kitti_0010_000",
         "kitti_0011_000", "kitti_0018_003", "kitti_0020_012"]
 FERRIES = ["ferry_16_1", "ferry_22_1", "ferry_22_2"]
-DIVES = ["auv_akit_01", "auv_akit_03", "rov_blueye_auto_square", "rov_blueye_grid"]
-NEEDS_DATA = {"cars", "ferries", "dives", "tune"}
+NEEDS_DATA = {"cars", "ferries", "dives"}
 
 
 def measure_accuracy(session):
@@ -201,34 +199,6 @@ def measure_dives(session):
                 "tandem simulate dive --grade tactical --seed 1 --out dive    # or mems"]
     columns = ["position [m]", "orientation [°]", "drift [%]", "NEES"]
     return section(commands, ["", *columns, "options", *columns], rows)
-
-
-def measure_tune(session):
-    def target(scenario, options):
-        summary, nees = estimated(session, scenario, *options)
-        errors = summary["errors"]["all"]
-        return errors["position_mean_m"], None, nees, errors.get("orientation_mean_deg")
-
-    def chaser(scenario, options):
-        return navigated(session, os.path.join(DATA, scenario), *options)
-
-    rows = []
-    for scenarios, errors, before in ((CARS, target, ["--robust"]), (FERRIES, target, []), (DIVES, chaser, [])):
-        for scenario in scenarios:
-            out = session.folder("tuned")
-            begin = time.monotonic()
-            session.run("tandem", "tune", os.path.join(DATA, scenario), "--out", out, "--quiet")
-            seconds = time.monotonic() - begin
-            cells = [scenario]
-            for options in (before, ["--config", os.path.join(out, "run.yaml")]):
-                position, drift, nees, orientation = errors(scenario, options)
-                cells += [fixed(position), fixed(orientation, 2), fixed(drift, 1), fixed(nees, 1)]
-            rows.append([*cells, fixed(seconds, 0)])
-    columns = ["position [m]", "orientation [°]", "drift [%]", "NEES"]
-    return section([f"tandem tune {DATA}/SCENARIO --out DIR",
-                    f"tandem estimate {DATA}/SCENARIO --robust    # cars; ferries without --robust; dives: navigate",
-                    "tandem estimate --config DIR/run.yaml"],
-                   ["", *columns, *("tuned " + column for column in columns), "time [s]"], rows)
 
 
 def measure_solvers(session):

@@ -10,10 +10,9 @@ namespace tandem {
 namespace {
 
 constexpr int kMaxSearchRounds = 8;
-constexpr int kScreening = 3;           // candidates are screened by every third group of blocks
-constexpr std::size_t kFinalists = 8;   // candidates in each round that are scored by all measurements
-constexpr std::size_t kMaxRefined = 2;  // settings of a kept change of which other values are tried at once
-constexpr std::size_t kAtOnce = 3;      // finalists that are scored at the same time; the best acceptable one is kept
+constexpr int kScreening = 3;          // candidates are screened by every third group of blocks
+constexpr std::size_t kFinalists = 8;  // candidates in each round that are scored by all measurements
+constexpr std::size_t kAtOnce = 3;     // finalists that are scored at the same time; the best acceptable one is kept
 
 /// Returns the score of a model that cannot be built or solved.
 PredictiveScore impossible(const std::string& why) {
@@ -186,32 +185,12 @@ class GreedySearch {
         for (std::size_t j = all.size(); j-- > i + 1;)
           best[--first] = all[j].change;  // scored again on top of this one
         for (const auto& [setting, value] : all[i].change.settings) changed_settings.insert(setting);
-        const ModelChange change = all[i].change;
         keep(std::move(all[i]));
-        while (refine(change)) continue;
         kept = true;
         break;
       }
     }
     return kept;
-  }
-
-  /// Tries other values of the settings that a kept change has set, and keeps the best one. Returns whether one was kept.
-  bool refine(const ModelChange& change) {
-    if (!options_.propose || change.settings.size() > kMaxRefined) return false;
-    std::vector<ModelChange> others;
-    for (const ModelChange& other : options_.propose(found_.settings)) {
-      const auto& [setting, value] = *other.settings.begin();
-      if (other.settings.size() == 1 && change.settings.contains(setting) && is_allowed(other) &&
-          refined_.insert(changed(found_.settings, other)).second)
-        others.push_back(other);
-    }
-    std::vector<Evaluated> all = evaluate(others);
-    std::stable_sort(all.begin(), all.end(), by_gain);
-    if (all.empty() || verdict(all.front()) != ModelVerdict::kept) return false;
-    record(all.front(), ModelVerdict::kept);
-    keep(std::move(all.front()));
-    return true;
   }
 
   /// Removes changes without which the model is no worse. Returns whether one was removed.
@@ -252,7 +231,7 @@ class GreedySearch {
   ModelSelectionOptions options_;
   ModelSelection found_;
   std::vector<std::shared_ptr<Problem>> solved_;  // problems solved with the current model
-  std::set<ModelSettings> promising_, recorded_, refined_;
+  std::set<ModelSettings> promising_, recorded_;
   detail::TaskRunner tasks_;
 };
 

@@ -73,8 +73,7 @@ struct ModelSelection {
 ///
 /// All candidates are screened by a third of the held-out blocks, and the best ones are scored by all. A candidate is
 /// kept if its gain exceeds its standard error and its number of parameters; the others follow in the order of their
-/// gains, each on top of those kept before. Other values of the settings of a kept change follow at once, as long as
-/// they gain. Then changes that the model does not need are removed: those without which
+/// gains, each on top of those kept before. Then changes that the model does not need are removed: those without which
 /// it predicts no worse by more than a standard error. The result is the simplest model that is not worse, and does not
 /// depend on the number of threads.
 ///
