@@ -1,10 +1,12 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
+#include <set>
 
 #include <fmt/format.h>
 
 #include <tandem/lie/error.hpp>
+#include <tandem/problem/quantile.hpp>
 #include <tandem/problem/tracking/ego_track.hpp>
 #include <tandem/solvers/profile_evidence.hpp>
 #include <tandem/studies/calibration/calibration_problem.hpp>
@@ -55,12 +57,6 @@ CalibratedEntry own_entry(const EgoSensor& sensor, const Frame& frame, bool erro
   return entry;
 }
 
-double longest_step(const std::vector<double>& sorted) {
-  double longest = 0;
-  for (std::size_t i = 1; i < sorted.size(); ++i) longest = std::max(longest, sorted[i] - sorted[i - 1]);
-  return longest;
-}
-
 /// Returns the longest time without a position fix, including before the first and after the last one [s].
 double longest_gap(const NavigationData& data, const std::vector<PlacedEgoMeasurement>& placed) {
   if (placed.empty()) return 0;
@@ -70,7 +66,7 @@ double longest_gap(const NavigationData& data, const std::vector<PlacedEgoMeasur
   for (const PlacedEgoMeasurement& m : placed)
     if (data.sensors[m.sensor].type->reading == EgoReading::world_vector) times.push_back(m.t);
   std::sort(times.begin(), times.end());
-  return longest_step(times);
+  return detail::longest_step(times);
 }
 
 double longest_without_position(const std::vector<Keyframe>& keyframes) {
@@ -78,7 +74,7 @@ double longest_without_position(const std::vector<Keyframe>& keyframes) {
   for (const Keyframe& k : keyframes)
     if (k.type == KeyframeType::position || k.type == KeyframeType::pose) times.push_back(k.t);
   times.push_back(keyframes.back().t);
-  return longest_step(times);
+  return detail::longest_step(times);
 }
 
 std::size_t entry_index(const std::vector<CalibratedEntry>& entries, std::string_view name) {
@@ -86,6 +82,47 @@ std::size_t entry_index(const std::vector<CalibratedEntry>& entries, std::string
       std::find_if(entries.begin(), entries.end(), [&](const CalibratedEntry& e) { return e.name == name; });
   if (at == entries.end()) throw Error(fmt::format("calibrate: unknown noise entry {}", name));
   return std::size_t(at - entries.begin());
+}
+
+/// Removes readings and IMU samples that are not in `kept`, data of the same recording.
+void keep_common(NavigationData& data, const NavigationData& kept) {
+  const auto erase = [](auto& values, const auto& others) {
+    std::set<double> times;
+    for (const auto& value : others) times.insert(value.t);
+    std::erase_if(values, [&](const auto& value) { return !times.contains(value.t); });
+  };
+  if (data.imu && kept.imu) erase(data.imu->samples, kept.imu->samples);
+  for (EgoSensor& sensor : data.sensors)
+    for (const EgoSensor& other : kept.sensors)
+      if (other.name == sensor.name) erase(sensor.measurements, other.measurements);
+}
+
+/// Navigates the chaser, or starts from a similar navigation. In a scenario with a target, sets the odometry to it.
+std::shared_ptr<const EgoTrack> navigate_chaser(Scenario& scenario, const NavigationOptions& own,
+                                                const EgoTrack* similar) {
+  const bool has_target = !scenario.data.sensors.empty();
+  if (!similar && has_target) {
+    scenario = navigated(std::move(scenario), own).scenario;
+    return scenario.data.ego;
+  }
+  EgoTrack track{{}, {}, {}, own.ego};
+  if (similar) {
+    track.data = std::move(*scenario.navigation);
+    prepare(track.data, own);
+    keep_common(track.data, similar->data);
+    track.start = similar->start;
+    track.states = similar->states;
+  } else {
+    NavigationOptions options = own;
+    options.covariance = false;
+    Navigation found = navigate(*scenario.navigation, options);
+    track.data = std::move(found.data);
+    track.start = found.start;
+    track.states = std::move(found.states);
+  }
+  const auto navigation = std::make_shared<const EgoTrack>(std::move(track));
+  if (has_target) set_navigation(navigation, scenario.data);
+  return navigation;
 }
 
 }  // namespace
@@ -127,24 +164,11 @@ std::vector<CalibratedEntry> calibrated_entries(const Scenario& scenario) {
 CalibrationProblem::CalibrationProblem(Scenario scenario, const TrackingOptions& target, const NavigationOptions& own,
                                        const Stop& stop, const EgoTrack* similar)
     : scenario(scenario.name), entries(calibrated_entries(scenario)) {
-  const bool own_sensors_only = scenario.data.sensors.empty();
-  if (own_sensors_only && !scenario.navigation)
+  const bool has_target = !scenario.data.sensors.empty();
+  if (!has_target && !scenario.navigation)
     throw Error(fmt::format("{} has no sensors to calibrate, neither of the target nor of the chaser", scenario.name));
-  if (similar && (own_sensors_only || needs_navigation(scenario))) {
-    navigation =
-        std::make_shared<const EgoTrack>(EgoTrack{*scenario.navigation, similar->start, similar->states, own.ego});
-    if (!own_sensors_only) set_navigation(navigation, scenario.data);
-  } else if (own_sensors_only) {
-    NavigationOptions options = own;
-    options.covariance = false;
-    Navigation found = navigate(*scenario.navigation, options);
-    navigation = std::make_shared<const EgoTrack>(
-        EgoTrack{std::move(found.data), found.start, std::move(found.states), own.ego});
-  } else if (needs_navigation(scenario)) {
-    scenario = navigated(std::move(scenario), own).scenario;
-    navigation = scenario.data.ego;
-  }
-  if (own_sensors_only) {
+  if (!has_target || needs_navigation(scenario)) navigation = navigate_chaser(scenario, own, similar);
+  if (!has_target) {
     NavigationProblem& built = built_.emplace<NavigationProblem>(
         make_navigation_problem(navigation->data, navigation->states, navigation->start, own.ego, stop));
     add_own(navigation->data, built.measurements);
@@ -153,6 +177,16 @@ CalibrationProblem::CalibrationProblem(Scenario scenario, const TrackingOptions&
   TrackingProblem& built = built_.emplace<TrackingProblem>(make_tracking_problem(scenario.data, target, stop));
   add_target(scenario, target, built);
   if (scenario.data.ego) add_own(scenario.data.ego->data, built.ego_measurements);
+}
+
+std::pair<double, double> CalibrationProblem::measured_span() const {
+  double from = HUGE_VAL, to = -HUGE_VAL;
+  for (const EntryBlock& b : blocks)
+    if (b.measured_at) {
+      from = std::min(from, *b.measured_at);
+      to = std::max(to, *b.measured_at);
+    }
+  return {from, to};
 }
 
 std::vector<SystematicErrorEstimate> CalibrationProblem::constants(const Stop& stop) {

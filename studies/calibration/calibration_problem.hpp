@@ -48,8 +48,8 @@ class CalibrationProblem {
  public:
   /// With a target, builds the problem of make_tracking_problem(); a chaser with its own sensors is navigated first.
   /// Without a target, builds the problem of make_navigation_problem(), with the result of navigate() as initial guess.
-  /// If `similar` is given, its states are the initial guess of the chaser, and the scenario has its data with other
-  /// noise or errors. Throws the exceptions of these functions, and Stopped.
+  /// If `similar` is given, a navigation of the same recording with other noise or errors, its states are the initial
+  /// guess of the chaser, and its gross errors are left out. Throws the exceptions of these functions, and Stopped.
   CalibrationProblem(Scenario scenario, const TrackingOptions& target, const NavigationOptions& own,
                      const Stop& stop = {}, const EgoTrack* similar = nullptr);
 
@@ -65,6 +65,8 @@ class CalibrationProblem {
   /// Sensors with systematic errors but without measurements.
   std::vector<std::string> without_measurements{};
 
+  /// Returns the times of the first and the last measurement [s]; the first is later if there is none.
+  std::pair<double, double> measured_span() const;
   /// Estimates the constant systematic errors at the current values. Throws Error if they have no covariance, and
   /// Stopped.
   std::vector<SystematicErrorEstimate> constants(const Stop& stop);

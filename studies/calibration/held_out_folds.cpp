@@ -12,12 +12,7 @@ constexpr double kMaxSegment = 10.0;  // longest segment [s]; covers predictions
 
 /// Returns the time of the first measurement and the length of the segments [s].
 std::pair<double, double> segments_of(const CalibrationProblem& built, int n) {
-  double from = HUGE_VAL, to = -HUGE_VAL;
-  for (const EntryBlock& b : built.blocks)
-    if (b.measured_at) {
-      from = std::min(from, *b.measured_at);
-      to = std::max(to, *b.measured_at);
-    }
+  const auto [from, to] = built.measured_span();
   return {from, std::min(kMaxSegment, std::max((to - from) / (2 * n), 1e-3))};
 }
 

@@ -1,5 +1,4 @@
 #include <algorithm>
-#include <cmath>
 
 #include <tandem/studies/calibration/misfit.hpp>
 #include <tandem/studies/calibration/scored_measurements.hpp>
@@ -52,12 +51,7 @@ double held_out_block_length(const CalibrationProblems& problems, const Stop& st
 double held_out_time_ahead(const CalibrationProblems& problems, double block_length) {
   double ahead = 0;
   for (const auto& problem : problems) {
-    double from = HUGE_VAL, to = -HUGE_VAL;
-    for (const EntryBlock& b : problem->blocks)
-      if (b.measured_at) {
-        from = std::min(from, *b.measured_at);
-        to = std::max(to, *b.measured_at);
-      }
+    const auto [from, to] = problem->measured_span();
     if (to > from) ahead = std::max(ahead, std::min(problem->longest_without_target_position, (to - from) / 2));
   }
   return ahead > block_length ? ahead : 0;

@@ -109,7 +109,7 @@ Command tune_command() {
         option("--fixed", "LIST", "Do not change these; names as for --only", request->fixed, parse_names);
         option("--ahead", "SECONDS",
                "Also validate predictions this time ahead, from earlier measurements only (default: the longest time "
-               "without a position of the target, if the held-out blocks are shorter)",
+               "without a position of the target, at most half of the recording, if the held-out blocks are shorter)",
                request->ahead, parse_positive);
         option.flag("--dry-run", "List the candidates and exit", request->dry_run);
         add_threads(option);

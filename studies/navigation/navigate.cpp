@@ -145,14 +145,19 @@ void apply_vibration_noise(const std::vector<NavigationFinding>& findings, Navig
 
 }  // namespace
 
+std::vector<NavigationFinding> prepare(NavigationData& data, const NavigationOptions& options) {
+  std::vector<NavigationFinding> findings = check(data);
+  if (options.vibration) apply_vibration_noise(findings, data);
+  for (NavigationFinding& finding : average_readings(data)) findings.push_back(std::move(finding));
+  return findings;
+}
+
 Navigation navigate(const NavigationData& data, const NavigationOptions& options) {
   const Seconds clock;
   const Stop stop(options.solver);
   Navigation result;
   result.data = data;
-  result.findings = check(result.data);
-  if (options.vibration) apply_vibration_noise(result.findings, result.data);
-  for (NavigationFinding& finding : average_readings(result.data)) result.findings.push_back(std::move(finding));
+  result.findings = prepare(result.data, options);
   OnlineOptions online;
   online.ego = options.ego;
   const Alignment start = options.start ? *options.start : align(result.data, options.alignment, online, stop);

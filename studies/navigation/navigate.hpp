@@ -57,7 +57,11 @@ struct NavigationOptions {
   std::function<void(const Problem&)> built{};
 };
 
-/// Navigates the chaser by its own sensors: checks the data, computes an initial guess by fixed-lag smoothing, and
+/// Prepares the data of the chaser's sensors: drops implausible values (check()), applies NavigationOptions::vibration,
+/// and averages fast readings if there is no IMU. Returns what it found.
+std::vector<NavigationFinding> prepare(NavigationData& data, const NavigationOptions& options);
+
+/// Navigates the chaser by its own sensors: prepares the data, computes an initial guess by fixed-lag smoothing, and
 /// solves the batch problem.
 ///
 /// Throws Error if there are no sensors or they are not sufficient. A solve that does not converge is not an error; see

@@ -1,6 +1,5 @@
 #include <algorithm>
 #include <cmath>
-#include <set>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -57,7 +56,8 @@ bool is_checked(const TargetSensor& sensor, const std::vector<TargetSensor>& sen
       const auto next = std::lower_bound(theirs.begin(), theirs.end(), t - reach);
       return next != theirs.end() && *next <= t + reach;
     });
-    return double(common) >= kCheckedShare * double(std::min(own.size(), theirs.size()));
+    const std::size_t fewer = std::min(own.size(), theirs.size());
+    return fewer >= kFewest && double(common) >= kCheckedShare * double(fewer);
   });
 }
 
@@ -301,8 +301,8 @@ class Refinements {
   }
 
   void motion_times() {
+    if (options_.model != MotionModel::damped_twist && options_.model != MotionModel::damped_velocity) return;
     const bool twist = options_.model == MotionModel::damped_twist && options_.mode == Mode::A;
-    if (!twist && options_.model != MotionModel::damped_velocity && options_.model != MotionModel::damped_twist) return;
     const Eigen::VectorXd& times = twist ? noise_.twist_time : noise_.velocity_time;
     for (const double factor : {kFactor, 1 / kFactor})
       add(twist ? "noise twist_time" : "noise velocity_time",

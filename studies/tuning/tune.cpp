@@ -5,7 +5,6 @@
 #include <fmt/format.h>
 
 #include <tandem/lie/error.hpp>
-#include <tandem/problem/tracking/ego_track.hpp>
 #include <tandem/solvers/calibration/default_solve.hpp>
 #include <tandem/studies/calibration/scored_measurements.hpp>
 #include <tandem/studies/support/text.hpp>
@@ -57,7 +56,7 @@ class Tuner {
     result.start = options_.start;
     Recordings first = solved_start(result.start);
     check_same_sensors(first);
-    start_at(first);
+    for (const auto& problem : first.problems) navigations_.push_back(problem->navigation);
     result.before = all_misfits(first);
     result.block_length = held_out_block_length(first.problems, options_.stop);
     if (!(result.block_length > 0))
@@ -90,7 +89,6 @@ class Tuner {
     for (const Scenario& scenario : scenarios_) {
       TunedProblem one = options_.apply(scenario, settings);
       NavigationOptions own = one.own;
-      own.covariance = false;
       stop.limit(own.solver);
       const EgoTrack* const similar = navigations_.empty() ? nullptr : navigations_[all.problems.size()].get();
       all.problems.push_back(
@@ -126,14 +124,6 @@ class Tuner {
     } catch (const Error&) {
       start["robust"] = "true";
       return solved(start, options_.stop);
-    }
-  }
-
-  /// Lets all further problems start at the navigation of these, without the gross errors that it found.
-  void start_at(const Recordings& recordings) {
-    for (std::size_t i = 0; i < scenarios_.size(); ++i) {
-      navigations_.push_back(recordings.problems[i]->navigation);
-      if (navigations_.back()) scenarios_[i].navigation = navigations_.back()->data;
     }
   }
 
@@ -224,9 +214,9 @@ class Tuner {
     return select_model(build, tuning.candidates, options);
   }
 
-  std::vector<Scenario> scenarios_;
+  const std::vector<Scenario>& scenarios_;
   const TuneOptions& options_;
-  std::vector<std::shared_ptr<const EgoTrack>> navigations_;  // of the start; null by odometry
+  std::vector<std::shared_ptr<const EgoTrack>> navigations_;  // by the first model; null if by odometry
 };
 
 }  // namespace

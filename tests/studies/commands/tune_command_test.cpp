@@ -68,6 +68,25 @@ TEST_F(TuneCommand, RefusesWhatItCannotTune) {
   EXPECT_THAT(outcome.errors, HasSubstr("time limit"));
 }
 
+/// All models start from the recording as it was read.
+TEST_F(TuneCommand, AppliesTheOptionsOfSensorsToEachModel) {
+  const std::string dive = (scratch_.path() / "dive").string();
+  ASSERT_EQ(run_tandem({"simulate", "dive", "--minutes", "1", "--out", dive}).status, 0);
+  const Outcome without = run_tandem({"tune", dive, "--without", "heading", "--only", "depth.delay", "--time", "60"});
+  EXPECT_EQ(without.status, 0) << without.errors;
+  // Without an IMU, readings of the depth sensor are averaged; its stated noise is that of one reading.
+  std::vector<std::string> reports;
+  for (const char* noise : {"0.05", ""}) {
+    std::vector<std::string> words = {"tune",   dive, "--without", "imu",   "--only", "depth.delay",
+                                      "--time", "60", "--force",   "--out", out()};
+    if (*noise) words.insert(words.end(), {"--noise", std::string("depth=") + noise});
+    const Outcome outcome = run_tandem(words);
+    ASSERT_EQ(outcome.status, 0) << outcome.errors;
+    reports.push_back(read_file(out() + "/noise.yaml"));
+  }
+  EXPECT_EQ(reports[0], reports[1]) << "0.05 is the stated noise";
+}
+
 TEST(TuneReport, TellsThatTheSearchWasStopped) {
   Tuning tuning;
   tuning.scenarios = {"run"};

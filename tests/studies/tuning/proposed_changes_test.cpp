@@ -72,6 +72,13 @@ TEST(ProposedChanges, HaveSystematicErrorsOfSensorsOfDifferentRates) {
   EXPECT_THAT(proposed, Contains("--error radar=1.5,0.02:10"));
 }
 
+TEST(ProposedChanges, HaveNoSystematicErrorsBesideASensorWithoutMeasurements) {
+  Scenario scenario = two_sensors(0.1);
+  scenario.data.sensors[1].measurements.clear();
+  for (const std::string& text : texts(proposed_changes(scenario, {}, residuals(true))))
+    EXPECT_EQ(text.find("--error"), text.npos) << text;
+}
+
 /// Between the fixes of a sensor, the motion of the target explains what a bias would.
 TEST(ProposedChanges, HaveNoSystematicErrorsOfLoneSensors) {
   for (const std::string& text : texts(proposed_changes(two_sensors(0.5), {}, residuals(true))))
