@@ -26,11 +26,21 @@ struct Page {
   std::vector<std::string> pictures;
 };
 
+struct Picture {
+  std::filesystem::path file;
+  std::string content;
+};
+
 JsonFields<Page> page_fields() {
   return JsonFields<Page>()
       .add("folder", "folder of the run or study", [](const Page& p) { return p.folder; })
       .add("page", "path of the written page", [](const Page& p) { return p.file; })
       .add("pictures", "paths of the written pictures", [](const Page& p) { return p.pictures; });
+}
+
+[[noreturn]] void refuse_to_overwrite(const std::filesystem::path& file) {
+  throw Error(fmt::format("tandem did not write {}; name another file with --page, or add --force to overwrite it",
+                          file.string()));
 }
 
 /// Throws Error if the file exists and is not a page that Tandem wrote.
@@ -41,30 +51,36 @@ void check_own_page(const std::filesystem::path& file) {
   std::string line;
   for (int i = 0; i < 10 && std::getline(page, line); ++i)
     if (line == HtmlPage::mark) return;
-  throw Error(fmt::format("tandem did not write {}; name another file with --page, or add --force to overwrite it",
-                          file.string()));
+  refuse_to_overwrite(file);
 }
 
-/// Writes the figures of a run beside the page. Returns the paths.
-std::vector<std::string> write_pictures(const std::string& folder, std::filesystem::path page, PlotFormat format) {
-  const std::string extension = format == PlotFormat::svg ? "svg" : format == PlotFormat::png ? "png" : "pdf";
-  std::vector<std::string> files;
+/// Draws the figures of a run for files beside the page. Without `force`, throws Error if such a file exists but the
+/// page does not, so that Tandem cannot have written it.
+std::vector<Picture> draw_pictures(const std::string& folder, const std::filesystem::path& page, PlotFormat format,
+                                   bool force) {
+  std::vector<Picture> pictures;
+  const bool is_new = !force && !std::filesystem::exists(page);
   for (const HtmlFigure& figure : report_figures(folder)) {
-    const std::string name = fmt::format("{}_{}.{}", page.stem().string(), figure_name(figure), extension);
-    const std::filesystem::path file = page.parent_path() / name;
-    replace_file(file, draw_figure(figure, format));
-    files.push_back(file.string());
+    const std::filesystem::path file =
+        page.parent_path() / fmt::format("{}_{}.{}", page.stem().string(), figure_name(figure), extension(format));
+    if (is_new && std::filesystem::exists(file)) refuse_to_overwrite(file);
+    pictures.push_back({file, draw_figure(figure, format)});
   }
-  return files;
+  return pictures;
 }
 
 int run_report(const ReportRequest& request) {
   const std::filesystem::path file =
       request.out.empty() ? file_in(request.folder, "report.html") : std::filesystem::path(request.out);
   if (!request.output.force) check_own_page(file);
-  replace_file(file, report_page(request.folder));
   Page page{request.folder, file.string(), {}};
-  if (request.plots) page.pictures = write_pictures(request.folder, file, *request.plots);
+  std::vector<Picture> pictures;
+  if (request.plots) pictures = draw_pictures(request.folder, file, *request.plots, request.output.force);
+  replace_file(file, report_page(request.folder));
+  for (const Picture& picture : pictures) {
+    replace_file(picture.file, picture.content);
+    page.pictures.push_back(picture.file.string());
+  }
   Results results;
   results.table = [&] {
     std::string text = fmt::format("Written to {}\n", page.file);

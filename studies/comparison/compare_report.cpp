@@ -27,12 +27,15 @@ bool is_feasible(const ComparedSolve& s) {
 /// Returns the relative difference from the best cost.
 double above(const ComparedSolve& s, double best) { return (s.cost - best) / std::max(std::abs(best), 1e-12); }
 
+bool reaches(const ComparedSolve& s, double best) {
+  return is_feasible(s) && s.converged() && above(s, best) <= kSameCost;
+}
+
 /// Returns the fastest solve that converged to the best cost, or null.
 const ComparedSolve* fastest(const std::vector<ComparedSolve>& solves, std::optional<double> best) {
   const ComparedSolve* result = nullptr;
   for (const ComparedSolve& s : solves)
-    if (is_feasible(s) && s.converged() && above(s, *best) <= kSameCost && (!result || s.seconds < result->seconds))
-      result = &s;
+    if (best && reaches(s, *best) && (!result || s.seconds < result->seconds)) result = &s;
   return result;
 }
 
@@ -95,9 +98,7 @@ std::string conclusion(const std::vector<ComparedSolve>& solves) {
     const bool any = std::any_of(solves.begin(), solves.end(), [](const ComparedSolve& s) { return s.converged(); });
     return any ? "no solver converged to the least cost" : "no solver converged";
   }
-  const auto n = std::count_if(solves.begin(), solves.end(), [&](const ComparedSolve& s) {
-    return is_feasible(s) && s.converged() && above(s, *best) <= kSameCost;
-  });
+  const auto n = std::count_if(solves.begin(), solves.end(), [&](const ComparedSolve& s) { return reaches(s, *best); });
   if (n == 1)
     return fmt::format("{}: the only solver that converged to the least cost, {:.2g} s", winner->solver,
                        winner->seconds);
@@ -113,7 +114,7 @@ std::string recommendation(const Comparison& comparison) {
   for (const std::vector<ComparedSolve>& solves : problems) {
     const std::optional<double> best = best_cost(solves);
     for (const ComparedSolve& s : solves) {
-      if (!best || !is_feasible(s) || !s.converged() || above(s, *best) > kSameCost) continue;
+      if (!best || !reaches(s, *best)) continue;
       auto& [count, seconds] = reached[s.solver];
       ++count;
       seconds += s.seconds;

@@ -10,6 +10,7 @@ namespace {
 
 constexpr double kWidth = 900, kStripHeight = 22;  // px
 constexpr std::size_t kMaxPoints = 3000;
+constexpr int kMaxTicks = 20;
 /// Palette that suits all kinds of colour vision (Okabe & Ito 2008).
 constexpr const char* kColours[] = {"#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9"};
 constexpr const char* kStyle = R"(
@@ -61,6 +62,14 @@ double tick_step(double span) {
   return span / 4 < 2 * power ? power : span / 4 < 5 * power ? 2 * power : 5 * power;
 }
 
+/// Returns the multiples of `step` in a range.
+std::vector<double> ticks(double least, double most, double step) {
+  std::vector<double> all;
+  const double first = std::ceil(least / step), last = std::floor(most / step);
+  for (int i = 0; first + i <= last && i <= kMaxTicks; ++i) all.push_back((first + i) * step + 0.0);  // no −0
+  return all;
+}
+
 bool has_positions(const SensorSeries& s) {
   return s.rows > 0 && (s.type == "odometry" || s.type == "gps" || s.type.starts_with("truth"));
 }
@@ -83,16 +92,16 @@ std::string plan(const ScenarioInspection& scenario) {
   const auto y = [&](double value) { return bottom - (value - least[1]) * scale; };
   std::string svg = fmt::format("<svg viewBox='0 0 {} {:.0f}' role='img' aria-label='plan view'>\n", kWidth, height);
   const double step = tick_step(size);
-  for (double v = std::ceil(least[0] / step) * step; v <= most[0]; v += step)
+  for (const double v : ticks(least[0], most[0], step))
     svg += fmt::format(
         "<path d='M{0:.1f} {1:.0f}V{2:.0f}' stroke='#e6ebf0'/><text x='{0:.1f}' y='{3:.0f}' "
         "text-anchor='middle'>{4:g}</text>\n",
-        x(v), top, bottom, bottom + 18, v + 0.0);
-  for (double v = std::ceil(least[1] / step) * step; v <= most[1]; v += step)
+        x(v), top, bottom, bottom + 18, v);
+  for (const double v : ticks(least[1], most[1], step))
     svg += fmt::format(
         "<path d='M{0:.0f} {1:.1f}H{2:.1f}' stroke='#e6ebf0'/><text x='{3:.0f}' y='{4:.1f}' "
         "text-anchor='end'>{5:g}</text>\n",
-        left, y(v), right, left - 6, y(v) + 4, v + 0.0);
+        left, y(v), right, left - 6, y(v) + 4, v);
   const char *const east_name = scenario.is_ned() ? "y (east) [m]" : "x [m]", *const north_name = scenario.is_ned()
                                                                                                       ? "x (north) [m]"
                                                                                                       : "y [m]";

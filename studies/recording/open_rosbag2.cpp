@@ -1,18 +1,19 @@
-#include <array>
 #include <map>
 
 #include <fmt/format.h>
 #include <sqlite3.h>
 
 #include <tandem/lie/error.hpp>
+#include <tandem/studies/recording/byte_reader.hpp>
+#include <tandem/studies/recording/file_bytes.hpp>
 #include <tandem/studies/recording/message_recording.hpp>
 #include <tandem/studies/recording/recording_formats.hpp>
-#include <tandem/studies/support/input_file.hpp>
 
 namespace tandem {
 namespace {
 
-constexpr int kStopInterval = 1024;  // messages
+constexpr int kStopInterval = 1024;    // messages
+constexpr std::uint64_t kHeader = 32;  // read bytes of the header of a database
 
 /// A statement of SQLite with the rows of its result.
 class Query {
@@ -53,10 +54,10 @@ class Rosbag2Recording : public MessageRecording {
     format_ = "ROS 2 bag";
     // Immutable: read without locks, and without a journal beside a file that may be read-only.
     const std::string uri = "file:" + escaped(std::filesystem::absolute(file).string()) + "?immutable=1";
+    check_length();
     if (sqlite3_open_v2(uri.c_str(), &database_, SQLITE_OPEN_READONLY | SQLITE_OPEN_URI, nullptr) != SQLITE_OK) fail();
     // SQLite reads a file that is shorter than its header says only with this setting.
     sqlite3_exec(database_, "PRAGMA writable_schema=ON", nullptr, nullptr, nullptr);
-    check_length();
     list_topics();
     count_messages();
   }
@@ -101,16 +102,14 @@ class Rosbag2Recording : public MessageRecording {
 
   /// Adds a defect if the file ends before its last page.
   void check_length() {
-    std::array<unsigned char, 32> header{};
-    InputFile stream(file_);
-    stream.read(reinterpret_cast<char*>(header.data()), header.size());
-    const auto big_endian = [&](std::size_t at, int bytes) {
-      std::uintmax_t value = 0;
-      for (int i = 0; i < bytes; ++i) value = value << 8 | header[at + std::size_t(i)];
-      return value;
-    };
-    const std::uintmax_t page = big_endian(16, 2) == 1 ? 65536 : big_endian(16, 2), length = page * big_endian(28, 4);
-    if (const auto size = std::filesystem::file_size(file_); size < length)
+    FileBytes bytes(file_);
+    if (bytes.size() < kHeader) return;  // opening it has failed
+    ByteReader header(bytes.read(0, kHeader), true);
+    header.skip(16);
+    const std::uint64_t page = header.u16();
+    header.skip(10);
+    const std::uint64_t size = bytes.size(), length = (page == 1 ? 65536 : page) * header.u32();
+    if (size < length)
       add_defect(
           fmt::format("the file is truncated: it ends at byte {} of {}; the messages before are used", size, length));
   }

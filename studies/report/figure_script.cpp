@@ -70,10 +70,7 @@ class FigureScript {
       : figure_(figure), traces_(Json::parse(figure.traces)), layout_(Json::parse(figure.layout)) {
     const Json& x = layout_.value("xaxis", Json::object());
     dates_ = x.value("type", "") == "date";
-    text_ = fmt::format("set encoding utf8\nformat = '{}'\noutput = ''\nload {}\n",
-                        format == PlotFormat::svg   ? "svg"
-                        : format == PlotFormat::png ? "png"
-                                                    : "pdf",
+    text_ = fmt::format("set encoding utf8\nformat = '{}'\noutput = ''\nload {}\n", extension(format),
                         in_quotes((plot_scripts() / "terminal.gp").string()));
     for (std::size_t i = 0; i < traces_.size(); ++i) add_data(i);
     add_legend();

@@ -2,7 +2,6 @@
 #include <cmath>
 
 #include <fmt/format.h>
-#include <stdlib.h>
 
 #include <tandem/lie/error.hpp>
 #include <tandem/studies/estimation/estimate_files.hpp>
@@ -19,6 +18,7 @@
 #include <tandem/studies/study/study_summary.hpp>
 #include <tandem/studies/study/trial.hpp>
 #include <tandem/studies/study/trial_dive.hpp>
+#include <tandem/studies/support/private_folder.hpp>
 
 namespace tandem {
 namespace {
@@ -33,26 +33,6 @@ std::string run_page(const std::filesystem::path& folder) {
   return page.text(plotly_library());
 }
 
-/// A temporary folder, removed by the destructor.
-class TemporaryFolder {
- public:
-  TemporaryFolder() {
-    std::string name = (std::filesystem::temp_directory_path() / "tandem-report-XXXXXX").string();
-    if (!mkdtemp(name.data())) throw Error(fmt::format("cannot create the temporary folder {}", name));
-    path_ = name;
-  }
-  ~TemporaryFolder() {
-    std::error_code ignored;
-    std::filesystem::remove_all(path_, ignored);
-  }
-  TemporaryFolder(const TemporaryFolder&) = delete;
-  TemporaryFolder& operator=(const TemporaryFolder&) = delete;
-  const std::filesystem::path& path() const { return path_; }
-
- private:
-  std::filesystem::path path_;
-};
-
 RunRecord dive_record(const Study& study, std::size_t trial) {
   const TrialSettings settings = study.settings(study.place(trial));
   NavigationOptions options = dive_navigation(study, settings, nullptr);
@@ -62,7 +42,7 @@ RunRecord dive_record(const Study& study, std::size_t trial) {
   of.options = options.ego;
   of.navigation = navigate(*of.scenario.navigation, options);
   of.comparison = compare_with_truth(of.navigation, of.scenario);
-  const TemporaryFolder folder;
+  const PrivateFolder folder("report");
   write_navigation(of, folder.path());
   return read_run(folder.path());
 }
@@ -71,7 +51,7 @@ RunRecord trial_record(const Study& study, std::size_t trial) {
   if (!study.has_target()) return dive_record(study, trial);
   const TrialProblem problem = trial_problem(study, trial);
   const Estimate estimated = estimate(problem.scenario, problem.options, problem.solver, problem.settings.graduated);
-  const TemporaryFolder folder;
+  const PrivateFolder folder("report");
   write_results(estimated, problem.scenario, folder.path());
   return read_run(folder.path());
 }
@@ -283,7 +263,7 @@ std::vector<HtmlFigure> report_figures(const std::filesystem::path& folder) {
         fmt::format("{} is not an output folder of tandem estimate, navigate or track, whose figures --plots "
                     "draws; tandem study export draws those of a study",
                     folder.string()));
-  return run_figures(read_run(folder));
+  return figures_of(read_run(folder));
 }
 
 }  // namespace tandem

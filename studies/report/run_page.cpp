@@ -256,21 +256,33 @@ void add_systematic_errors(const RunRecord& run, HtmlPage& page) {
   page.table({"name", "estimate", "standard deviation", "verdict"}, rows);
 }
 
-}  // namespace
-
-void add_run(const RunRecord& run, HtmlPage& page) try {
-  add_conclusion(run, page);
-  add_facts(run, page);
-  add_remarks(run, page);
-  add_fit(run, page);
-  add_coverage(run, page);
-  add_uncertainty(run, page);
-  add_errors(run, page);
-  add_systematic_errors(run, page);
-  page.heading("Figures");
-  for (const HtmlFigure& figure : run_figures(run)) page.figure(figure);
+/// Returns f(). Throws Error if summary.json has values of unexpected types.
+template <class F>
+auto unless_damaged(F f) try {
+  return f();
 } catch (const nlohmann::json::exception&) {
   throw Error("summary.json of the run is damaged or was not written by tandem");
+}
+
+}  // namespace
+
+void add_run(const RunRecord& run, HtmlPage& page) {
+  unless_damaged([&] {
+    add_conclusion(run, page);
+    add_facts(run, page);
+    add_remarks(run, page);
+    add_fit(run, page);
+    add_coverage(run, page);
+    add_uncertainty(run, page);
+    add_errors(run, page);
+    add_systematic_errors(run, page);
+  });
+  page.heading("Figures");
+  for (const HtmlFigure& figure : figures_of(run)) page.figure(figure);
+}
+
+std::vector<HtmlFigure> figures_of(const RunRecord& run) {
+  return unless_damaged([&] { return run_figures(run); });
 }
 
 }  // namespace tandem

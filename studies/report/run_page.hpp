@@ -9,4 +9,7 @@ namespace tandem {
 /// figures. Tables and figures without data are omitted. Throws Error if summary.json has values of unexpected types.
 void add_run(const RunRecord& run, HtmlPage& page);
 
+/// Returns the figures of the page. Throws Error like add_run().
+std::vector<HtmlFigure> figures_of(const RunRecord& run);
+
 }  // namespace tandem

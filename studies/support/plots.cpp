@@ -1,17 +1,14 @@
 #include <algorithm>
-#include <cerrno>
-#include <cstring>
 
 #include <fmt/format.h>
-#include <stdlib.h>
 
 #include <tandem/lie/error.hpp>
 #include <tandem/studies/support/csv.hpp>
-#include <tandem/studies/support/gnuplot.hpp>
 #include <tandem/studies/support/input_file.hpp>
 #include <tandem/studies/support/installation.hpp>
 #include <tandem/studies/support/output_file.hpp>
 #include <tandem/studies/support/plots.hpp>
+#include <tandem/studies/support/private_folder.hpp>
 #include <tandem/studies/support/text.hpp>
 
 namespace tandem {
@@ -38,43 +35,24 @@ std::string tab_separated(const std::string& csv) {
   return text;
 }
 
-/// A folder that only this user can read, with the files that scripts draw. Removed by the destructor.
-class PlotData {
- public:
-  explicit PlotData(const std::filesystem::path& results) {
-    std::string name = (std::filesystem::temp_directory_path() / "tandem-plots-XXXXXX").string();
-    if (!mkdtemp(name.data())) throw Error(fmt::format("cannot create {}: {}", name, std::strerror(errno)));
-    folder_ = name;
-    for (const auto& entry : std::filesystem::directory_iterator(results)) {
-      const std::filesystem::path &file = entry.path(), type = file.extension();
-      if (!std::filesystem::is_regular_file(entry.symlink_status())) continue;
-      if (type == ".csv") write_file(folder_ / file.filename(), tab_separated(read_state(file)));
-      if (type == ".tum" || type == ".json") write_file(folder_ / file.filename(), read_state(file));
-    }
+/// Copies the files that scripts draw.
+void copy_data(const std::filesystem::path& results, const std::filesystem::path& folder) {
+  for (const auto& entry : std::filesystem::directory_iterator(results)) {
+    const std::filesystem::path &file = entry.path(), type = file.extension();
+    if (!std::filesystem::is_regular_file(entry.symlink_status())) continue;
+    if (type == ".csv") write_file(folder / file.filename(), tab_separated(read_state(file)));
+    if (type == ".tum" || type == ".json") write_file(folder / file.filename(), read_state(file));
   }
-  ~PlotData() {
-    std::error_code ignored;
-    std::filesystem::remove_all(folder_, ignored);
-  }
-  PlotData(const PlotData&) = delete;
-  PlotData& operator=(const PlotData&) = delete;
-
-  const std::filesystem::path& folder() const { return folder_; }
-
- private:
-  std::filesystem::path folder_;
-};
+}
 
 /// Runs one script on `data` and writes its picture to `folder`. Returns an empty string, or the reason why the picture
 /// was not drawn.
-std::string draw(const std::filesystem::path& script, PlotFormat format, const PlotData& data,
+std::string draw(const std::filesystem::path& script, PlotFormat format, const std::filesystem::path& data,
                  const std::filesystem::path& folder) {
-  const std::string extension = format == PlotFormat::svg ? "svg" : format == PlotFormat::png ? "png" : "pdf";
-  const std::string name = script.stem().string() + "." + extension;
-  const GnuplotRun run = run_gnuplot(script, {data.folder().string(), extension, "-"});
+  const std::string type(extension(format)), name = script.stem().string() + "." + type;
+  const GnuplotRun run = draw_picture(script, {data.string(), type, "-"}, format);
   if (!run.warning.empty()) return run.started ? fmt::format("{} was not drawn: {}", name, run.warning) : run.warning;
   if (run.output.empty()) return "";  // the script found nothing to draw
-  if (!complete(run.output, format)) return fmt::format("{} was not drawn: the output of gnuplot is incomplete", name);
   try {
     write_file(folder / name, run.output);
   } catch (const Error& error) {
@@ -86,6 +64,18 @@ std::string draw(const std::filesystem::path& script, PlotFormat format, const P
 }
 
 }  // namespace
+
+std::string_view extension(PlotFormat format) {
+  return format == PlotFormat::svg ? "svg" : format == PlotFormat::png ? "png" : "pdf";
+}
+
+GnuplotRun draw_picture(const std::filesystem::path& script, const std::vector<std::string>& arguments,
+                        PlotFormat format) {
+  GnuplotRun run = run_gnuplot(script, arguments);
+  if (run.warning.empty() && !run.output.empty() && !complete(run.output, format))
+    run.warning = "the output of gnuplot is incomplete";
+  return run;
+}
 
 std::filesystem::path plot_scripts() { return share_folder() / "plots"; }
 
@@ -110,12 +100,13 @@ std::string draw_plots(const std::string& command, PlotFormat format, const std:
                        const std::filesystem::path& scripts) try {
   const std::vector<PlotScript> plots = plots_in(scripts);
   if (plots.empty()) return fmt::format("no plots were drawn: found no plot scripts in {}", scripts.string());
-  const PlotData data(folder);
+  const PrivateFolder data("plots");
+  copy_data(folder, data.path());
   for (const PlotScript& plot : plots) {
     const auto exists = [&](const std::string& file) { return std::filesystem::exists(folder / file); };
     if (std::find(plot.commands.begin(), plot.commands.end(), command) == plot.commands.end()) continue;
     if (!std::all_of(plot.needs.begin(), plot.needs.end(), exists)) continue;
-    const std::string warning = draw(plot.file, format, data, folder);
+    const std::string warning = draw(plot.file, format, data.path(), folder);
     if (!warning.empty()) return warning;
   }
   return "";

@@ -2,11 +2,20 @@
 
 #include <filesystem>
 #include <string>
+#include <string_view>
 #include <vector>
+
+#include <tandem/studies/support/gnuplot.hpp>
 
 namespace tandem {
 
 enum class PlotFormat { svg, png, pdf };
+/// Returns the extension of a file of this format: "svg".
+std::string_view extension(PlotFormat format);
+
+/// Runs a gnuplot script that writes a picture to its standard output. An incomplete picture has a warning.
+GnuplotRun draw_picture(const std::filesystem::path& script, const std::vector<std::string>& arguments,
+                        PlotFormat format);
 
 /// Returns the folder of the gnuplot scripts, share/tandem/plots.
 std::filesystem::path plot_scripts();

@@ -5,7 +5,8 @@
 #include <tandem/studies/report/figure_script.hpp>
 #include <tandem/studies/report/plot_parts.hpp>
 #include <tandem/studies/report/time_panels.hpp>
-#include <tandem/studies/support/subprocess.hpp>
+
+#include "needs_program.hpp"
 
 namespace tandem {
 namespace {
@@ -38,7 +39,7 @@ TEST(FigureScript, HasTheDataAndTheTextsOfThePage) {
 }
 
 TEST(FigureScript, IsDrawnInAllFormats) {
-  if (find_program("gnuplot").empty()) GTEST_SKIP() << "gnuplot is not installed";
+  TANDEM_NEEDS_GNUPLOT("figures of a report");
   plot::Json line = plot::line("path", {0, 1, 2}, {0, 1, 0}, plot::colour(0)), map = plot::layout("x [m]", "y [m]");
   map["yaxis"]["scaleanchor"] = "x";
   plot::Json space = line, scene = plot::layout("", "");
