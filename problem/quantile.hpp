@@ -30,4 +30,11 @@ inline double median_step(const std::vector<double>& times) {
   return steps.empty() ? 0 : median(std::move(steps));
 }
 
+/// Returns the largest difference of consecutive times, 0 for fewer than two times.
+inline double longest_step(const std::vector<double>& times) {
+  double longest = 0;
+  for (std::size_t i = 1; i < times.size(); ++i) longest = std::max(longest, times[i] - times[i - 1]);
+  return longest;
+}
+
 }  // namespace tandem::detail

@@ -1,9 +1,9 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <numeric>
 #include <set>
 
+#include <tandem/problem/all_blocks.hpp>
 #include <tandem/solvers/fit_report.hpp>
 
 namespace tandem {
@@ -46,14 +46,6 @@ struct CostSum {
     if (moved > 0) expected += expectations(loss, moved).half_rho;
   }
 };
-
-/// Returns the soft blocks except the marginal prior.
-std::vector<Block> soft_blocks(const Problem& problem) {
-  std::vector<int> ids;
-  for (int id = 0; id < problem.id_bound(); ++id)
-    if (!problem.name(id).empty()) ids.push_back(id);
-  return problem.soft_blocks_reading(ids);
-}
 
 /// Returns the free unknowns minus the rows of the constraints that are active.
 int free_unknowns(const Problem& problem, const std::vector<Block>& soft) {
@@ -278,7 +270,7 @@ FitReport fit_report(const Problem& problem, const std::vector<JudgedSensor>& se
                      std::span<const MeasurementBlock> measurements, const Marginals* marginals,
                      std::span<const NoiseOfBlock> noises) {
   detail::LossExpectations expectations;
-  const std::vector<Block> soft = soft_blocks(problem);
+  const std::vector<Block> soft = detail::soft_blocks(problem);
   CostSum sum;
   for (const Block& block : soft) sum.add(problem, block, expectations);
   const int unknowns = free_unknowns(problem, soft);

@@ -73,7 +73,7 @@ BuiltEvidence::Built BuiltEvidence::make(const Eigen::VectorXd& x, const Point* 
   options_.stop.check("calibrate");
   ++builds_;
   Built built{build_(values(x)), {}, 0};
-  for (const auto& problem : built.of.problems) built.raw.push_back(problem.get());
+  built.raw = pointers_to(built.of.problems);
   built.constants = log_constants(built.raw, built.of.measured);
   for (std::size_t p = 0; from && p < built.raw.size(); ++p) copy_values(*from->solved[p], *built.raw[p]);
   return built;

@@ -127,8 +127,8 @@ inline Calibration calibrate(Problem& problem, const std::vector<NoiseGroup>& gr
   return calibrate(std::span<Problem* const>(one), groups, options);
 }
 
-/// Sets the noise of the groups and the values of all variables to those of Calibration::problems. The problems and
-/// groups are those that were calibrated, or copies of them.
+/// Sets the noise of the groups, the values of all variables and the multipliers to those of Calibration::problems. The
+/// problems and groups are those that were calibrated, or copies of them.
 void apply(const Calibration& found, std::span<Problem* const> problems, const std::vector<NoiseGroup>& groups);
 inline void apply(const Calibration& found, Problem& problem, const std::vector<NoiseGroup>& groups) {
   Problem* const one[] = {&problem};

@@ -47,12 +47,6 @@ struct Found {
 using Find = std::function<Found(std::span<Problem* const> problems, const std::vector<HeldOutMeasurement>& fold,
                                  const CalibrationOptions& options)>;
 
-std::vector<Problem*> plain(const std::vector<std::shared_ptr<Problem>>& built) {
-  std::vector<Problem*> all;
-  for (const auto& problem : built) all.push_back(problem.get());
-  return all;
-}
-
 CrossValidation cross_validate_by(std::span<Problem* const> problems, const std::vector<NoiseGroup>& groups,
                                   const std::vector<std::vector<HeldOutMeasurement>>& folds,
                                   const CalibrationOptions& options, const Find& find);
@@ -91,7 +85,7 @@ CrossValidation cross_validate(std::span<Problem* const> problems, const std::ve
       built.groups = without(built.groups, fold);
       std::erase_if(built.measured, [&](const MeasuredBlock& m) { return out.contains(key_of(m.problem, m.block)); });
       std::vector<Gaussian> ignored;
-      const std::vector<Problem*> by = plain(built.problems);
+      const std::vector<Problem*> by = detail::pointers_to(built.problems);
       detail::hold_out(by, detail::counterparts(by, fold), ignored);
       for (std::size_t p = 0; p < built.problems.size(); ++p) detail::copy_values(*held[p], *built.problems[p]);
       return built;
@@ -112,9 +106,8 @@ CrossValidation cross_validate_by(std::span<Problem* const> given, const std::ve
                                   const CalibrationOptions& options, const Find& find) {
   CrossValidation result;
   std::vector<double> gains;
-  std::vector<std::shared_ptr<Problem>> copies;
-  for (const Problem* problem : given) copies.push_back(std::make_shared<Problem>(problem->copy()));
-  const std::vector<Problem*> problems = plain(copies);
+  const std::vector<std::shared_ptr<Problem>> copies = detail::copies_of(given);
+  const std::vector<Problem*> problems = detail::pointers_to(copies);
   const std::vector<NoiseGroup> groups = detail::counterparts(problems, given_groups);
   for (std::size_t f = 0; f < folds.size(); ++f) {
     if (options.stop.reached()) {
@@ -147,7 +140,7 @@ CrossValidation cross_validate_by(std::span<Problem* const> given, const std::ve
         const Found found = find(problems, fold, quick);
         options.stop.check(detail::kHeldOutTask);
         saved.restore();
-        const std::vector<Problem*> built = plain(found.built);
+        const std::vector<Problem*> built = detail::pointers_to(found.built);
         const std::span<Problem* const> with = built.empty() ? problems : std::span<Problem* const>(built);
         detail::scale_noise(with, detail::counterparts(with, groups), found.noise);
         if (predict(with, by_found, result.found_log_likelihood)) {

@@ -29,7 +29,7 @@ Evidence::Evidence(std::span<Problem* const> problems, const std::vector<NoiseGr
     throw BadInputError("calibrate: initial_log_factors requires counted_rows");
   if (!(options.max_factor > 1)) throw BadInputError("calibrate: max_factor must be greater than 1");
   if (!(options.tolerance > 0)) throw BadInputError("calibrate: tolerance must be positive");
-  for (const Problem* problem : problems) problems_.push_back(std::make_shared<Problem>(problem->copy()));
+  problems_ = detail::copies_of(problems);
   std::map<std::tuple<int, int, int>, std::size_t> known;  // index in members_
   for (std::size_t g = 0; g < groups.size(); ++g) {
     const NoiseGroup& group = groups[g];
@@ -229,6 +229,8 @@ void Evidence::add_information(const Member& member, Eigen::MatrixXd& gradients,
 /// measurements, V_g P y = −2 R^½ r̃_g; for a group of priors, V_g P y = 2 J H_b⁻¹ J̃ᵀ r̃_g. Hence the information is
 /// 2 (S − Cᵀ H⁻¹ C) with columns c_g = J̃ᵀ r̃_g of C. S is r̃_gᵀ r̃_h for measurements and c_gᵀ H_b⁻¹ c_h for priors.
 std::optional<Eigen::MatrixXd> Evidence::information() {
+  for (const auto& laplace : laplace_)
+    if (!laplace->by_steps()) return {};
   std::vector<Eigen::MatrixXd> gradients;  // C of each problem
   for (const auto& laplace : laplace_)
     gradients.push_back(Eigen::MatrixXd::Zero(laplace->nlp().num_unknowns(), rows_.size()));
@@ -236,7 +238,6 @@ std::optional<Eigen::MatrixXd> Evidence::information() {
   for (const Member& m : members_) add_information(m, gradients[std::size_t(m.problem)], sum);
   for (std::size_t p = 0; p < problems_.size(); ++p) {
     const LaplaceApproximation& laplace = *laplace_[p];
-    if (!laplace.by_steps()) return {};
     const auto add = [&](double factor, const LaplaceApproximation::Covariances& covariances,
                          const Eigen::VectorXd& columns) {
       const Eigen::MatrixXd C = gradients[p] * columns.asDiagonal();

@@ -22,14 +22,15 @@ class Evidence {
   struct Value {
     double log_evidence = 0;
     Eigen::VectorXd gradient;  ///< derivative by the log factors
-    /// Degrees of freedom of each group, n − Σ ρ′ J Σ Jᵀ, with n the counted rows and Σ corrected for Student's t. In a
-    /// group without measurements, the trace under the priors alone replaces n.
+    /// Degrees of freedom of each group, n − Σ ρ′ J Σ Jᵀ with n the counted rows, corrected for the change of the weights
+    /// of robust losses. In a group without measurements, the trace under the priors alone replaces n.
     Eigen::VectorXd effective_rows;
     bool usable = false;       ///< every problem could be solved and its Hessian inverted
     std::string why;           ///< the reason if not usable
     std::string unobservable;  ///< the directions, if these are the reason
   };
-  /// Evaluates the evidence. Solves the copies from their last solution. Throws Stopped on a stop request, also during the symbolic analysis of the first call.
+  /// Evaluates the evidence. Solves the copies from their last solution. Throws Stopped on a stop request, also during
+  /// the symbolic analysis of the first call.
   Value at(const Eigen::VectorXd& log_factors);
   /// Returns the average information of the log factors at the last point, n × n (Gilmour, Thompson & Cullis 1995, eq.
   /// 7). This is the mean of the observed and the expected curvature of the evidence, without priors. Empty with hard

@@ -1,20 +1,23 @@
 #include <cmath>
-#include <numeric>
 #include <set>
 
 #include <Eigen/Cholesky>
 
 #include <tandem/lie/error.hpp>
+#include <tandem/problem/all_blocks.hpp>
 #include <tandem/solvers/calibration/default_solve.hpp>
 #include <tandem/solvers/calibration/laplace_approximation.hpp>
 #include <tandem/solvers/calibration/log_constants.hpp>
-#include <tandem/solvers/linear/hessian_diagonal.hpp>
 
 namespace tandem::detail {
 namespace {
 
 constexpr double kRounding = 1e-16;      // relative error of an entry of a Hessian
 constexpr double kMaxPriorError = 1e-5;  // accepted bound of the error of the log determinant by rounding
+// Factors on the given noise of the measurements while the integral of the priors is computed. The first leaves 1e-6 of
+// their information. The second, for CalibrationOptions::absolute_evidence, leaves 1e-16. The noise is the given one, so
+// that the integral does not depend on the noise factors of the measurements.
+constexpr double kDownweight = 1e3, kAbsoluteDownweight = 1e8;
 constexpr const char* kTask = "calibrate";
 constexpr int kMaxSteps = 30, kMaxHalvings = 4;
 constexpr double kMaxRate = 0.95;  // of the convergence with robust losses
@@ -25,9 +28,7 @@ constexpr double kConvergedWithLosses = 1e-13;
 
 /// Returns the soft blocks with a robust loss.
 std::vector<Block> blocks_with_loss(const Problem& problem) {
-  std::vector<int> ids(std::size_t(problem.id_bound()));
-  std::iota(ids.begin(), ids.end(), 0);
-  std::vector<Block> blocks = problem.soft_blocks_reading(ids);
+  std::vector<Block> blocks = soft_blocks(problem);
   std::erase_if(blocks, [&](const Block& block) { return problem.loss(block).kind == Loss::Kind::none; });
   return blocks;
 }
@@ -64,7 +65,6 @@ LaplaceApproximation::LaplaceApproximation(Problem& problem, const CalibrationOp
       prior_gradient_(nlp_.num_unknowns()),
       prior_hessian_(static_cast<Eigen::Index>(measured_.empty() ? 0 : nlp_.hessian_pattern().nonzeros())),
       hessian_(nlp_.hessian_pattern().nonzeros()),
-      prior_diagonal_(nlp_.num_unknowns()),
       step_(nlp_.num_unknowns()) {
   const double downweight = options.absolute_evidence ? kAbsoluteDownweight : kDownweight;
   for (const Block& block : measured_) downweighted_.push_back(problem.noise(block).scaled(downweight));
@@ -144,10 +144,7 @@ bool LaplaceApproximation::update_by_steps() {
       }
       nlp_.recenter();
     }
-    if (last <= kConverged * (1 + cost_)) {  // slow convergence with a robust loss
-      cost_ = nlp_.cost();
-      return true;
-    }
+    if (last <= kConverged * (1 + cost_)) return true;  // slow convergence with a robust loss
     nlp_.restore();
   } catch (const Stopped&) {
     nlp_.restore();
@@ -215,6 +212,8 @@ class LaplaceApproximation::ExpectedCurvature {
 bool LaplaceApproximation::find_covariances() {
   marginals_.reset();
   prior_marginals_.reset();
+  prior_cost_ = 0;
+  prior_step_.resize(0);
   const auto check = [this] { options_.stop.check(kTask); };
   check();
   const bool beliefs = has_prior_term();
@@ -252,7 +251,7 @@ bool LaplaceApproximation::find_covariances() {
 void LaplaceApproximation::linearize() {
   if (!linearized_) {
     nlp_.reset();
-    nlp_.linearize(gradient_, hessian_);
+    cost_ = nlp_.linearize(gradient_, hessian_);
     linearized_ = true;
   }
   if (!student_t_blocks_.empty()) {
@@ -261,7 +260,7 @@ void LaplaceApproximation::linearize() {
   }
   if (!has_prior_term()) return;
   const DownweightedMeasurements downweighted(*this);
-  cost_of_priors_ = nlp_.linearize(prior_gradient_, prior_hessian_);
+  cost_of_priors_ = prior_by_rows_ ? nlp_.cost() : nlp_.linearize(prior_gradient_, prior_hessian_);
 }
 
 /// Inverts the Hessian of the priors. Without measurements, a chain has a condition number that grows with the fourth
@@ -271,23 +270,20 @@ bool LaplaceApproximation::invert_prior() {
   const auto check = [this] { options_.stop.check(kTask); };
   if (!prior_by_rows_) {
     const bool found = prior_inverse_.compute(prior_hessian_, {}, check);
-    hessian_diagonal(nlp_.hessian_pattern(), prior_hessian_, prior_diagonal_);
-    if (found && kRounding * prior_inverse_.trace_of_product(prior_diagonal_) <= kMaxPriorError) return true;
+    if (found && kRounding * prior_inverse_.trace_of_product() <= kMaxPriorError) return true;
     prior_by_rows_ = true;
   }
   return prior_inverse_.compute_from_rows(prior_rows(), check);
 }
 
 void LaplaceApproximation::find_prior_minimum() {
-  prior_cost_ = 0;
-  prior_step_.resize(0);
   if (!options_.absolute_evidence) return;
   prior_step_ = prior_by_rows_ ? prior_inverse_.minimizer() : Eigen::VectorXd(-prior_inverse_.times(prior_gradient_));
   prior_cost_ =
       cost_of_priors_ - (prior_by_rows_ ? prior_inverse_.decrease() : -0.5 * prior_gradient_.dot(prior_step_));
 }
 
-/// Returns the rows of all soft blocks, with downweighted measurements.
+/// Returns the rows of all soft blocks, including the marginal prior, with downweighted measurements.
 std::vector<WhitenedRows> LaplaceApproximation::prior_rows() {
   const DownweightedMeasurements downweighted(*this);
   std::vector<WhitenedRows> all;

@@ -12,11 +12,6 @@
 
 namespace tandem::detail {
 
-/// Factors on the given noise of the measurements while the integral of the priors is computed. The first leaves 1e-6
-/// of their information. The second, for CalibrationOptions::absolute_evidence, leaves 1e-16. The noise is the given
-/// one, so that the integral does not depend on the noise factors of the measurements.
-inline constexpr double kDownweight = 1e3, kAbsoluteDownweight = 1e8;
-
 /// The solution of a problem and the covariances there, updated as the noise changes. Sparsity patterns are analysed
 /// once. Near the last solution, Gauss-Newton steps suffice, unless there are hard blocks or CalibrationOptions::solve
 /// is given. "Prior" means all blocks that are not measurements. All functions throw Stopped on a stop request.
@@ -53,8 +48,8 @@ class LaplaceApproximation {
     double log_determinant() const;  ///< log det of the Hessian
     /// Returns the joint covariance of variables, stacked in the order of their ids; zero for fixed variables.
     Eigen::MatrixXd joint(const std::vector<int>& variable_ids, const std::vector<int>& dofs) const;
-    /// Returns J S Jᵀ for the joint covariance S of variables; accurate where J observes only differences of states with
-    /// large variances.
+    /// Returns J S Jᵀ for the joint covariance S of variables. It is accurate also if J observes only differences of
+    /// states with large variances.
     Eigen::MatrixXd propagated(const Eigen::MatrixXd& J, const std::vector<int>& variable_ids,
                                const std::vector<int>& dofs) const;
     /// Returns the product of the covariance of all unknowns and a vector.
@@ -105,7 +100,7 @@ class LaplaceApproximation {
   BlockCholesky cholesky_;
   SelectedInverse inverse_, prior_inverse_;
   std::optional<Marginals> marginals_, prior_marginals_;  // if not by_steps_, or after weak pivots
-  Eigen::VectorXd gradient_, prior_gradient_, prior_hessian_, hessian_, prior_diagonal_, step_;
+  Eigen::VectorXd gradient_, prior_gradient_, prior_hessian_, hessian_, step_;
   bool linearized_ = false;  // hessian_ is up to date
   bool prior_by_rows_ = false;
   double cost_ = 0, cost_of_priors_ = 0;

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <memory>
 #include <span>
 #include <string>
 #include <vector>
@@ -35,6 +36,18 @@ inline Problem& problem_at(std::span<Problem* const> problems, int index) {
     throw BadInputError("calibrate: a block refers to problem " + std::to_string(index) +
                         ", which does not exist; indices are from 0 to " + std::to_string(problems.size()) + " - 1");
   return *problems[std::size_t(index)];
+}
+
+inline std::vector<std::shared_ptr<Problem>> copies_of(std::span<Problem* const> problems) {
+  std::vector<std::shared_ptr<Problem>> copies;
+  for (const Problem* problem : problems) copies.push_back(std::make_shared<Problem>(problem->copy()));
+  return copies;
+}
+
+inline std::vector<Problem*> pointers_to(const std::vector<std::shared_ptr<Problem>>& problems) {
+  std::vector<Problem*> pointers;
+  for (const auto& problem : problems) pointers.push_back(problem.get());
+  return pointers;
 }
 
 }  // namespace detail

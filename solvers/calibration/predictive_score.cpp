@@ -189,10 +189,13 @@ class FoldPredictor {
     for (std::size_t p = 0; p < problems_.size(); ++p) all[p].copy_to(*problems_[p]);
   }
 
-  double cost() const {
+  /// Returns the cost, infinite where a residual is undefined.
+  double cost() const try {
     double sum = 0;
     for (Problem* problem : problems_) sum += NlpEvaluator(*problem).cost();
     return sum;
+  } catch (const UndefinedResidualError&) {
+    return HUGE_VAL;
   }
 
   /// Starts where the cost is lowest: at the solution of all measurements, at the solution of this fold by a similar
@@ -201,17 +204,22 @@ class FoldPredictor {
     if (!options_.start) return;
     const auto similar = options_.start->find(fold.key);
     if (similar == options_.start->end() || similar->second.size() != problems_.size()) return;
+    const std::vector<detail::SavedValues>* best = &solved_;
+    double lowest = cost();
+    const auto consider = [&](const std::vector<detail::SavedValues>& start) {
+      set_values(start);
+      if (const double here = cost(); here < lowest) {
+        lowest = here;
+        best = &start;
+      }
+    };
     const std::vector<detail::SavedValues>& before = options_.start->at(kNothingHeldOut);
     for (std::size_t p = 0; p < problems_.size(); ++p) similar->second[p].move(before[p], *problems_[p]);
     const std::vector<detail::SavedValues> moved = values();
-    const double cost_moved = cost();
-    restore_solution();
-    double lowest = cost();
-    set_values(similar->second);
-    const double cost_similar = cost();
-    if (!(cost_similar < lowest)) restore_solution();
-    lowest = std::min(lowest, cost_similar);
-    if (cost_moved < lowest) set_values(moved);
+    restore_solution();  // values that the similar model does not have
+    consider(similar->second);
+    consider(moved);
+    set_values(*best);
   }
 
   void add_parts(const Fold& fold, const std::vector<Gaussian>& noise, std::vector<ScoredPart>& parts) const {
@@ -352,9 +360,8 @@ double score_block_length(double correlation_time, std::vector<double> times) {
   std::sort(times.begin(), times.end());
   times.erase(std::unique(times.begin(), times.end()), times.end());
   if (times.size() < std::size_t(kMinBlocks)) return 0;
-  double gap = 0;
-  for (std::size_t i = 1; i < times.size(); ++i) gap = std::max(gap, times[i] - times[i - 1]);
-  const double span = times.back() - times.front(), least = 2 * detail::median_step(times);
+  const double gap = detail::longest_step(times), span = times.back() - times.front(),
+               least = 2 * detail::median_step(times);
   if (!(span >= kMinBlocks * least)) return 0;
   return std::max(least, std::min(std::max(3 * correlation_time, gap), span / kBlocks));
 }

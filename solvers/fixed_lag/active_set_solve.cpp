@@ -2,7 +2,6 @@
 #include <cmath>
 
 #include <tandem/solvers/fixed_lag/active_set_solve.hpp>
-#include <tandem/solvers/fixed_lag/warm_solve.hpp>
 #include <tandem/solvers/linear/hessian_diagonal.hpp>
 
 namespace tandem::detail {
@@ -25,7 +24,7 @@ ActiveSetSolve::ActiveSetSolve(NlpEvaluator& nlp, BlockCholesky& cholesky, Activ
       cholesky_(cholesky),
       rows_(rows),
       session_("fixed-lag", options),
-      damping_{options.initial_damping, options.initial_damping, kMinRejectedDamping, 10, 4} {
+      damping_(options.initial_damping) {
   for (Eigen::VectorXd* v : {&gradient_, &scale_, &shift_, &step_, &trial_gradient_}) v->setZero(nlp.num_unknowns());
   for (Eigen::VectorXd* v : {&hessian_, &augmented_}) v->resize(nlp.hessian_pattern().nonzeros());
   for (Eigen::VectorXd* v : {&c_, &trial_c_, &y_, &b_, &of_step_, &penalty_}) v->setZero(nlp.num_rows());
@@ -41,7 +40,7 @@ Summary ActiveSetSolve::run() {
   if (s.status == Status::failed || s.status == Status::infeasible || gave_up_) return s;
   if (damped_) {  // the covariance needs the factor of the undamped problem
     linearize();
-    damping_.value = options_.initial_damping;
+    damping_.reset();
     factorize();
   }
   const NlpEvaluator::Violation worst = nlp_.violation(c_);
@@ -73,10 +72,10 @@ void ActiveSetSolve::iterate() {
       give_up();  // the next solver names the block
       return;
     }
-    session_.report(s.iterations, s.cost, s.iterations ? step_.norm() : 0.0, nlp_.violation(c_).size);
+    const double violation = nlp_.violation(c_).size;
+    session_.report(s.iterations, s.cost, s.iterations ? step_.norm() : 0.0, violation);
     if (session_.should_stop()) return;
-    const bool is_feasible = nlp_.violation(c_).size <= kConstraintTolerance;
-    if (s.iterations >= options_.max_iterations && is_feasible) {
+    if (s.iterations >= options_.max_iterations && violation <= kConstraintTolerance) {
       session_.end(Status::max_iterations);
       return;
     }
@@ -114,14 +113,13 @@ bool ActiveSetSolve::factorize() {
   rows_ = ActiveRows(nlp_, jacobian_, sides_, scale_);
   augmented_ = hessian_;
   nlp_.add_constraint_hessian(rows_.weights(), jacobian_, augmented_);
-  for (; damping_.value <= kExcessiveDamping; damping_.value = 100 * std::max(damping_.value, 1e-12)) {
-    for (Eigen::Index i = 0; i < shift_.size(); ++i)
-      shift_[i] = scale_[i] > 0 ? damping_shift(damping_.value, scale_[i], scale_[i], scale_[i]) : kMinInformation;
-    damped_ = !cholesky_.factorize(augmented_, shift_);
-    if (damped_) continue;
-    damped_ = damping_.value > std::max(kCovarianceDamping, options_.initial_damping);
+  for (; damping_.value <= kExcessiveDamping; damping_.increase()) {
+    damping_.set_shift(scale_, shift_);
+    if (!cholesky_.factorize(augmented_, shift_)) continue;
+    damped_ = damping_.changes_covariance();
     return true;
   }
+  damped_ = true;
   return false;
 }
 
@@ -214,7 +212,7 @@ bool ActiveSetSolve::try_step() {
   auto& s = session_.summary;
   const double min_gain = options_.cost_tolerance * std::max(1.0, s.cost);
   const double before = s.cost + penalised_violation(c_), rounding = kMeritNoise * std::max(1.0, s.cost);
-  const bool undamped = damping_.value <= std::max(kUndamped, options_.initial_damping);
+  const bool undamped = damping_.is_undamped();
   const auto is_accepted = [&](double merit) {
     return std::isfinite(merit) && before - merit >= std::min(1e-4 * predicted_, -rounding + predicted_);
   };
@@ -239,7 +237,7 @@ bool ActiveSetSolve::try_step() {
     return false;
   }
   nlp_.recenter();
-  damping_.accept((before - merit) / predicted_);
+  damping_.accept(std::max(0.0, before - merit) / predicted_);  // negative by rounding only
   s.cost = trial_cost_;
   c_.swap(trial_c_);
   jacobian_.swap(trial_jacobian_);

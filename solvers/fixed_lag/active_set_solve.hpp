@@ -3,9 +3,9 @@
 #include <vector>
 
 #include <tandem/problem/nlp_evaluator.hpp>
-#include <tandem/solvers/damped_step.hpp>
 #include <tandem/solvers/fixed_lag/active_rows.hpp>
 #include <tandem/solvers/fixed_lag/fixed_lag_options.hpp>
+#include <tandem/solvers/fixed_lag/window_damping.hpp>
 #include <tandem/solvers/linear/block_cholesky.hpp>
 #include <tandem/solvers/session.hpp>
 
@@ -56,7 +56,7 @@ class ActiveSetSolve {
   ActiveRows& rows_;
   Session session_;
   std::vector<ActiveRows::Side> sides_;
-  Damping damping_;
+  WindowDamping damping_;
   double predicted_ = 0, trial_cost_ = 0;
   bool damped_ = true, gave_up_ = false;
   Eigen::VectorXd gradient_, hessian_, scale_, shift_, step_, trial_gradient_, augmented_;

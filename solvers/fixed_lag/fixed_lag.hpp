@@ -169,7 +169,8 @@ class FixedLag {
     /// Returns the block of the variable that has this id now, or kFixed, kAdded or kUnknown.
     int block_of(const Problem& problem, int id) const;
     /// Linearises the problem at its values. Adds information to each unknown, relative to its own: `damping`, or
-    /// detail::kMinInformation if that is not enough. Returns false if a residual is undefined.
+    /// detail::kMinInformation if that is not enough, or with active rows detail::kCovarianceDamping. Returns false if
+    /// a residual is undefined or nothing is enough.
     bool linearize(Problem& problem, double damping);
     /// Evaluates the derivatives, and returns whether all are finite.
     bool evaluate(NlpEvaluator& nlp, Eigen::VectorXd& hessian, Eigen::VectorXd& diagonal, Eigen::VectorXd& jacobian);

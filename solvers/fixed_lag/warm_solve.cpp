@@ -18,7 +18,7 @@ WarmSolve::WarmSolve(NlpEvaluator& nlp, BlockCholesky& cholesky, const FixedLagO
       nlp_(nlp),
       cholesky_(cholesky),
       session_("fixed-lag", options),
-      damping_{options.initial_damping, options.initial_damping, kMinRejectedDamping, 10, 4},
+      damping_(options.initial_damping),
       gradient_(nlp.num_unknowns()),
       hessian_(nlp.hessian_pattern().nonzeros()),
       scale_(nlp.num_unknowns()),
@@ -33,7 +33,7 @@ Summary WarmSolve::run() {
   nlp_.reset();
   if (s.status != Status::failed && damped_) {  // the covariance needs the factor of the undamped problem
     linearize();
-    damping_.value = options_.initial_damping;
+    damping_.reset();
     damped_ = !factorize();
   }
   return s;
@@ -69,7 +69,7 @@ void WarmSolve::iterate() {
 /// Computes the step with the least damping, from damping_ on, for which the Hessian is positive definite.
 bool WarmSolve::find_step() {
   const Session::Timer timer(session_.summary.linear_solver_seconds);
-  for (;; damping_.value = 100 * std::max(damping_.value, 1e-12)) {
+  for (;; damping_.increase()) {
     if (damping_.value > kMaxDamping) {
       session_.end(Status::failed,
                    "no step lowers the cost, not even a short one" + derivative_hint(nlp_.check_derivatives(step_)));
@@ -77,7 +77,7 @@ bool WarmSolve::find_step() {
     }
     if (factorize()) break;
   }
-  damped_ = damping_.value > std::max(kCovarianceDamping, options_.initial_damping);
+  damped_ = damping_.changes_covariance();
   step_ = -gradient_;
   cholesky_.solve(step_);
   predicted_ = 0.5 * (step_.cwiseAbs2().dot(shift_) - gradient_.dot(step_));
@@ -85,8 +85,7 @@ bool WarmSolve::find_step() {
 }
 
 bool WarmSolve::factorize() {
-  for (Eigen::Index i = 0; i < shift_.size(); ++i)
-    shift_[i] = scale_[i] > 0 ? damping_shift(damping_.value, scale_[i], scale_[i], scale_[i]) : kMinInformation;
+  damping_.set_shift(scale_, shift_);
   moved_ = false;
   return cholesky_.factorize(hessian_, shift_);
 }
@@ -106,7 +105,7 @@ double WarmSolve::cost_at_step(With with) {
 void WarmSolve::try_step() {
   auto& s = session_.summary;
   const double min_gain = options_.cost_tolerance * std::max(1.0, s.cost);
-  const bool undamped_step = damping_.value <= std::max(kUndamped, options_.initial_damping);
+  const bool undamped_step = damping_.is_undamped();
   const bool last = undamped_step && predicted_ <= std::max(min_gain, 1e-14 * s.cost);
   // A step with a large predicted gain is not the last one, so the Hessian is evaluated at once. The last step needs no
   // more than the gradient.

@@ -153,7 +153,7 @@ class BlockCholesky {
   bool in_factor_order_ = true;  // the values of the pattern are stored as those of the factor
   Eigen::VectorXd values_;
   double* entries_ = nullptr;  // values_, or the argument of factorize_in_place()
-  Eigen::VectorXd diagonal_;   // diagonal entry before elimination, if weak pivots are listed
+  Eigen::VectorXd diagonal_;   // diagonal entry before elimination, if weak pivots are listed, or by load()
   const detail::TaskRunner* task_runner_ = nullptr;
 };
 

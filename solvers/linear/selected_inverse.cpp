@@ -225,12 +225,12 @@ void SelectedInverse::invert(int k) {
     }
 }
 
-double SelectedInverse::trace_of_product(const Eigen::VectorXd& diagonal) const {
+double SelectedInverse::trace_of_product() const {
   double sum = 0;
   for (int k = 0; k < blocks_; ++k)
     for (int i = 0; i < size_[std::size_t(k)]; ++i)
       sum += inverse_[panel_[std::size_t(k)] + std::ptrdiff_t(i) * (panel_rows_[std::size_t(k)] + 1)] *
-             diagonal[first_unknown_[std::size_t(k)] + i];
+             diagonal_[first_unknown_[std::size_t(k)] + i];
   return sum;
 }
 

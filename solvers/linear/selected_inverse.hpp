@@ -76,8 +76,8 @@ class SelectedInverse : private BlockCholesky {
   /// the pattern. If J does not observe directions with large variances, follows the elimination tree instead of
   /// adding large entries of S that cancel.
   Eigen::MatrixXd propagated(std::span<const int> blocks, const Eigen::MatrixXd& J) const;
-  /// Returns the sum of the products of the diagonals of S and D, given the diagonal of D.
-  double trace_of_product(const Eigen::VectorXd& diagonal) const;
+  /// Returns the sum of the products of the diagonals of S and of the matrix of the last compute().
+  double trace_of_product() const;
 
  private:
   using ConstPart = Eigen::Map<const Eigen::MatrixXd, 0, Eigen::OuterStride<>>;
