@@ -131,11 +131,14 @@ Calibration calibrate_problems(const Problems& problems, py::handle groups, cons
       return py::dict(py::arg("iteration") = iteration, py::arg("factors") = by_name, py::arg("gain") = gain);
     });
   };
-  return watched.run([&] {
-    Calibration found = calibrate(solving.all, all, o);
-    apply(found, solving.all, all);
-    return found;
+  Calibration found = watched.run([&] {
+    Calibration all_found = calibrate(solving.all, all, o);
+    apply(all_found, solving.all, all);
+    all_found.problems.clear();  // nothing reads the copies
+    return all_found;
   });
+  for (const auto& problem : problems) problem->set_solved(found.status == Status::converged, found.message);
+  return found;
 }
 
 }  // namespace

@@ -38,7 +38,7 @@ Callable::~Callable() {
   owner = py::object();
 }
 
-void bind_python_residual(py::module_& m) {
+void bind_callable(py::module_& m) {
   py::class_<Callable, std::shared_ptr<Callable>> c(
       m, "PythonResidual", "A residual of your own; made by tandem.residual and tandem.compiled_residual.");
   c.def(py::init(&make_callable), py::kw_only(), py::arg("function"), py::arg("pointer"), py::arg("name"),

@@ -38,6 +38,6 @@ struct Callable {
 };
 
 /// Binds Callable as PythonResidual.
-void bind_python_residual(py::module_& m);
+void bind_callable(py::module_& m);
 
 }  // namespace tandem::python

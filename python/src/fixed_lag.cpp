@@ -23,7 +23,8 @@ void bind_fixed_lag(py::module_& m) {
                            "Fixed-lag smoother: a problem whose old variables are marginalized.\n\n"
                            "Costs and hard constraints are those of the attribute `problem`. Constraints that are "
                            "active when a variable leaves count as equalities from then on. Covariances are those of "
-                           "the constrained window at the values of the last update.\n\n"
+                           "the constrained window at the present values, or at the last linearisation if variables or "
+                           "blocks have been added or removed since.\n\n"
                            ">>> import tandem\n>>> lag = tandem.FixedLag(window=5.0)\n"
                            ">>> x = lag.add(0.0, tandem.R1([0.0]), 'x0')\n"
                            ">>> b = lag.problem.minimize(tandem.Prior(tandem.R1([1.0])), 1.0, x)\n"
@@ -45,6 +46,7 @@ void bind_fixed_lag(py::module_& m) {
     watched->watch(o);
     auto lag = std::make_shared<FixedLag>(std::move(o));
     auto problem = std::make_shared<PyProblem>(std::shared_ptr<Problem>(lag, &lag->problem()));
+    problem->no_multipliers = "multipliers: the window has not been solved; call update() first";
     return PyFixedLag{std::move(watched), std::move(lag), std::move(problem)};
   }));
   c.def_readonly("problem", &PyFixedLag::problem, "The problem of the window, for costs and hard constraints.");
@@ -65,7 +67,9 @@ void bind_fixed_lag(py::module_& m) {
       "update",
       [](PyFixedLag& self) {
         PyProblem::Solve solving(*self.problem);
-        return self.watched->run([&] { return self.lag->update(); });
+        const Summary summary = self.watched->run([&] { return self.lag->update(); });
+        self.problem->set_solved(summary.converged(), summary.message);
+        return summary;
       },
       "update()\n\nSolve the window, then marginalize the variables that have left it.");
   bind_covariances(c, [](const PyFixedLag& self, const std::vector<VariableHandle>& x, const std::vector<int>& dofs) {

@@ -21,6 +21,14 @@ class RunningSolve {
 };
 void bind_interrupt(pybind11::module_& m);
 
+/// Returns f(), computed without the interpreter's lock. `stop` ends the computation, also at the exit of the interpreter.
+template <class F>
+auto run_unlocked(std::atomic<bool>& stop, F f) {
+  const RunningSolve running(stop);
+  const pybind11::gil_scoped_release unlocked;
+  return f();
+}
+
 /// The stop flag of the solve that this thread runs, during the lifetime of the object. An interrupt (Ctrl-C) within a
 /// Python residual sets it, so that the solve ends at its best point.
 class SolveStop {

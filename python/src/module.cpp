@@ -29,7 +29,7 @@ PYBIND11_MODULE(_core, m) {
   bind_own_sensors(m);
   bind_dynamics(m);
   bind_wrapped_residuals(m);
-  bind_python_residual(m);
+  bind_callable(m);
   bind_variables(m);
   bind_problem(m);
   bind_marginals(m);

@@ -5,6 +5,7 @@
 #include <tandem/studies/scenario/sensor_rows.hpp>
 
 #include "exclusive.hpp"
+#include "interrupt.hpp"
 #include "options.hpp"
 #include "problem_object.hpp"
 #include "python_error.hpp"
@@ -23,8 +24,8 @@ class PyOnlineEstimator {
   template <class F>
   auto change(F f) {
     return exclusive_.run([&] {
-      const py::gil_scoped_release unlocked;
-      return f(*estimator_);
+      std::atomic<bool> stop = false;  // an update is too short to be stopped; the exit waits for it
+      return run_unlocked(stop, [&] { return f(*estimator_); });
     });
   }
   template <class F>

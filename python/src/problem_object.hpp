@@ -43,6 +43,10 @@ class PyProblem {
 
   /// Reason why the problem has no multipliers of a solution; empty if it has. Only the interpreter's lock guards it.
   std::string no_multipliers;
+  /// Sets the reason after a solve.
+  void set_solved(bool converged, const std::string& message) {
+    no_multipliers = converged ? "" : "multipliers: the last solve did not converge: " + message;
+  }
 
   /// Marks the problem as being solved by this thread. The constructor throws BusyError if the problem is already being
   /// solved. The caller holds the interpreter's lock during construction and destruction. At its exit, the interpreter

@@ -25,7 +25,7 @@ class PythonCall {
   Numbers moved_rows(std::size_t s, int k, double step);
 
   void evaluate_given();
-  /// Adds Jacobians by differences or complex steps.
+  /// Stores Jacobians by differences or complex steps.
   void differentiate(const Numbers& rows);
   /// Returns whether the column by a complex step could be compared with differences.
   bool add_complex_step(std::size_t s, int k, std::size_t first, const Numbers& rows);

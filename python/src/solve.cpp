@@ -22,10 +22,9 @@ Summary run(PyProblem& self, Solver options, const std::string& name, const py::
   watched.watch(options);
   const Summary summary =
       watched.run([&] { return graduated ? solve_graduated(problem, options) : solve(problem, options); });
-  self.no_multipliers = !summary.converged() ? "multipliers: the last solve did not converge: " + summary.message
-                        : name.rfind("nlopt:", 0) == 0
-                            ? "multipliers: " + name + " computes none; use augmented-lagrangian or ipopt"
-                            : std::string();
+  self.set_solved(summary.converged(), summary.message);
+  if (summary.converged() && name.rfind("nlopt:", 0) == 0)
+    self.no_multipliers = "multipliers: " + name + " computes none; use augmented-lagrangian or ipopt";
   if (!summary.converged()) {
     const py::object warning = exception_class("IncompleteWarning");
     const std::string text = name + ": " + std::string(tandem::name(summary.status)) + ": " + summary.message;

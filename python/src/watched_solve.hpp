@@ -52,10 +52,8 @@ class WatchedSolve {
   template <class F>
   auto run(F f) {
     stop_ = false;
-    const RunningSolve running(stop_);
     const SolveStop of_this_thread(stop_);
-    const py::gil_scoped_release unlocked;
-    return f();
+    return run_unlocked(stop_, std::move(f));
   }
 
  private:

@@ -3,7 +3,6 @@
 import difflib
 import hashlib
 import json
-import os
 import pathlib
 import re
 import shutil

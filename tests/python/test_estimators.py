@@ -35,6 +35,15 @@ def test_calibration_finds_the_noise():
     assert "\n" not in repr(c) and "factor" in repr(c.noise["steps"])
 
 
+def test_calibration_leaves_the_problem_solved():
+    p, steps, fixes = walk(n=50)
+    bound = p.subject_to(tandem.Prior(R1([0.0])), tandem.at_most(-2.0), p["x 20"])
+    tandem.Calibration(p, {"steps": steps, "fixes": fixes})
+    calibrated = p.multipliers(bound)
+    p.solve()
+    assert np.allclose(p.multipliers(bound), calibrated, rtol=1e-5) and np.any(calibrated != 0)
+
+
 def test_calibration_of_several_problems_and_of_rows():
     p, *of_p = walk(seed=1)
     q, *of_q = walk(seed=2)

@@ -70,6 +70,20 @@ def test_interrupts_end_marginals():
     assert output.stdout.split() == ["interrupted", "True"], output.stderr
 
 
+def test_exit_while_a_thread_estimates_online():
+    script = (
+        "import threading, time, tandem\n"
+        "estimator = tandem.OnlineEstimator('docking_a')\n"
+        "def work():\n"
+        "    for t in range(10**6):\n"
+        "        estimator.add('odometry', [t, t, 0, 0, 0, 0, 0, 1])\n"
+        "        estimator.add('usbl', [t, 10, 2, 1])\n"
+        "threading.Thread(target=work, daemon=True).start()\n"
+        "time.sleep(0.3)\nprint('end', flush=True)\n")
+    output = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, timeout=60)
+    assert output.returncode == 0 and output.stdout == "end\n", output.stderr
+
+
 @pytest.mark.parametrize("residual", ["tandem.residual(slow, dim=2)", "tandem.Prior(tandem.R2([1.0, 1.0]))"])
 @pytest.mark.parametrize("end", ["", "raise SystemExit(0)"])
 def test_exit_while_a_thread_solves(residual, end):
