@@ -57,7 +57,7 @@ bool is_checked(const TargetSensor& sensor, const std::vector<TargetSensor>& sen
       return next != theirs.end() && *next <= t + reach;
     });
     const std::size_t fewer = std::min(own.size(), theirs.size());
-    return fewer >= kFewest && double(common) >= kCheckedShare * double(fewer);
+    return fewer > 0 && double(common) >= kCheckedShare * double(fewer);
   });
 }
 

@@ -29,13 +29,13 @@ class TuneCommand : public testing::Test {
 };
 
 TEST_F(TuneCommand, WritesAModelThatOtherCommandsTake) {
-  const Outcome outcome = run_tandem({"tune", run(), "--only", "horizons,loss", "--out", out(), "--json"});
+  const Outcome outcome = run_tandem({"tune", run(), "--only", "mode,loss", "--out", out(), "--json"});
   ASSERT_EQ(outcome.status, 0) << outcome.errors;
   const auto json = nlohmann::json::parse(outcome.output);
   EXPECT_GT(json["models"], 3);
   EXPECT_TRUE(json["complete"]);
   for (const auto& step : json["steps"])
-    EXPECT_THAT(step["change"].get<std::string>(), testing::AnyOf(HasSubstr("--horizons"), HasSubstr("--loss")));
+    EXPECT_THAT(step["change"].get<std::string>(), testing::AnyOf(HasSubstr("--mode"), HasSubstr("--loss")));
   const std::string config = out() + "/run.yaml";
   for (const char* command : {"estimate", "calibrate", "models"}) {
     const Outcome other = run_tandem({command, "--config", config, "--print-config"});
@@ -49,7 +49,7 @@ TEST_F(TuneCommand, WritesAModelThatOtherCommandsTake) {
 TEST_F(TuneCommand, ListsCandidatesWithoutScoringThem) {
   const Outcome outcome = run_tandem({"tune", run(), "--dry-run", "--fixed", "robust,model", "--out", out()});
   EXPECT_EQ(outcome.status, 0) << outcome.errors;
-  EXPECT_THAT(outcome.output, HasSubstr("--horizons 1,2,4"));
+  EXPECT_THAT(outcome.output, HasSubstr("--mode B"));
   EXPECT_THAT(outcome.output, Not(HasSubstr("--robust")));
   EXPECT_FALSE(std::filesystem::exists(out() + "/run.yaml"));
 }

@@ -62,6 +62,7 @@ TEST(ProposedChanges, HaveDriftingBiasesOfSensorsThatCheckEachOther) {
   EXPECT_THAT(proposed, Contains("--error lidar=1.5,0.02:10 --error radar=1.5,0.02:10"));
   EXPECT_THAT(proposed, Contains("--error radar.delay=0.5"));
   EXPECT_THAT(proposed, Contains("--model damped-twist"));
+  EXPECT_THAT(proposed, Contains("--horizons 1,2,4"));
   EXPECT_THAT(proposed, Not(Contains("--roll-pitch off"))) << "in the plane";
 }
 
@@ -76,7 +77,7 @@ TEST(ProposedChanges, HaveNoSystematicErrorsBesideASensorWithoutMeasurements) {
   Scenario scenario = two_sensors(0.1);
   scenario.data.sensors[1].measurements.clear();
   for (const std::string& text : texts(proposed_changes(scenario, {}, residuals(true))))
-    EXPECT_EQ(text.find("--error"), text.npos) << text;
+    EXPECT_TRUE(text.find("--error") == text.npos && text.find("--horizons") == text.npos) << text;
 }
 
 /// Between the fixes of a sensor, the motion of the target explains what a bias would.
