@@ -39,7 +39,6 @@ ActiveRows::ActiveRows(const NlpEvaluator& nlp, const Eigen::VectorXd& jacobian,
     column_.push_back(pattern.column[k]);
     value_.push_back(J);
   }
-  unknowns_ = nlp.num_unknowns();
   weight_.setZero(nlp.num_rows());
   for (Eigen::Index i = 0; i < root_.size(); ++i) {
     root_[i] = root_[i] > 0 ? 1 / std::sqrt(root_[i]) : 1;
@@ -69,27 +68,44 @@ bool ActiveRows::solve(const BlockCholesky& factor, const Eigen::VectorXd& g, co
   return false;
 }
 
-/// One step of the method of multipliers from y = 0: S ≈ M⁻¹ − M⁻¹ Aᵀ W A M⁻¹.
-Eigen::MatrixXd ActiveRows::constrained_inverse(const BlockCholesky& factor, const std::vector<int>& unknowns) const {
-  const Eigen::Index size = Eigen::Index(unknowns.size());
-  Eigen::MatrixXd S(size, size), rows = Eigen::MatrixXd::Zero(weight_.size(), size);  // rows: W^½ A M⁻¹ E
-  Eigen::VectorXd x;
-  for (Eigen::Index i = 0; i < size; ++i) {
-    x.setZero(unknowns_);
-    x[unknowns[std::size_t(i)]] = 1;
-    factor.solve(x);
-    for (std::size_t k = 0; k < value_.size(); ++k) rows(row_[k], i) += value_[k] * x[column_[k]];
-    S.col(i) = x(unknowns);
+BlockCholesky::Columns ActiveRows::white_product(const BlockCholesky::Columns& X) const {
+  BlockCholesky::Columns product = BlockCholesky::Columns::Zero(weight_.size(), X.cols());
+  for (std::size_t k = 0; k < value_.size(); ++k)
+    product.row(row_[k]) += std::sqrt(weight_[row_[k]]) * value_[k] * X.row(column_[k]);
+  return product;
+}
+
+void ConstrainedInverse::add(const BlockCholesky& factor, const ActiveRows& rows, const std::vector<int>& blocks) {
+  const Eigen::Index before = inverse_.cols();
+  for (const int block : blocks) {
+    first_column_[block] = int(unknowns_.size());
+    for (int i = 0; i < factor.dofs(block); ++i) unknowns_.push_back(factor.first_unknown(block) + i);
   }
-  rows = weight_.cwiseSqrt().asDiagonal() * rows;
-  Eigen::MatrixXd constrained = S - rows.transpose() * rows;
+  const Eigen::Index columns = Eigen::Index(unknowns_.size());
+  const BlockCholesky::Columns X = factor.columns_of_inverse(blocks), white = rows.white_product(X);
+  inverse_.conservativeResize(X.rows(), columns);
+  white_.conservativeResize(white.rows(), columns);
+  inverse_.rightCols(columns - before) = X.leftCols(columns - before);
+  white_.rightCols(columns - before) = white.leftCols(columns - before);
+  const Eigen::MatrixXd unconstrained = inverse_(unknowns_, Eigen::all);
+  selected_ = unconstrained - white_.transpose() * white_;
   // Of an unknown that the rows determine, the step leaves a share of about 1 / kWeight; exactly, it is zero.
-  for (Eigen::Index i = 0; i < size; ++i)
-    if (constrained(i, i) <= kDetermined * S(i, i)) {
-      constrained.row(i).setZero();
-      constrained.col(i).setZero();
+  for (Eigen::Index i = 0; i < columns; ++i)
+    if (selected_(i, i) <= kDetermined * unconstrained(i, i)) {
+      selected_.row(i).setZero();
+      selected_.col(i).setZero();
     }
-  return constrained;
+}
+
+Eigen::MatrixXd ConstrainedInverse::of(const BlockCholesky& factor, const ActiveRows& rows,
+                                       const std::vector<int>& blocks) {
+  std::vector<int> missing, columns;
+  for (const int block : blocks)
+    if (!first_column_.contains(block)) missing.push_back(block);
+  if (!missing.empty()) add(factor, rows, missing);
+  for (const int block : blocks)
+    for (int i = 0; i < factor.dofs(block); ++i) columns.push_back(first_column_[block] + i);
+  return selected_(columns, columns);
 }
 
 }  // namespace tandem::detail

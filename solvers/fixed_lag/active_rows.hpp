@@ -1,5 +1,6 @@
 #pragma once
 
+#include <map>
 #include <vector>
 
 #include <Eigen/Core>
@@ -40,16 +41,37 @@ class ActiveRows {
   /// multipliers, 0 for inactive rows. Returns false if the equations contradict each other.
   bool solve(const BlockCholesky& factor, const Eigen::VectorXd& g, const Eigen::VectorXd& b, Eigen::VectorXd& p,
              Eigen::VectorXd& y) const;
-  /// Returns Eᵀ S E, where S is the inverse of H on the null space of A, and E selects unknowns. Relative to M⁻¹, the
-  /// error is the square of the relative distance of M⁻¹ from S.
-  Eigen::MatrixXd constrained_inverse(const BlockCholesky& factor, const std::vector<int>& unknowns) const;
+  /// Returns W^½ A X for a matrix X with one row per unknown.
+  BlockCholesky::Columns white_product(const BlockCholesky::Columns& X) const;
 
  private:
   std::vector<int> row_, column_;  // entries of the active rows
   std::vector<double> value_;
-  int unknowns_ = 0;
   Eigen::VectorXd weight_, root_;  // of each row of the NLP
   mutable Eigen::VectorXd residual_;
+};
+
+/// Blocks of S, the inverse of H on the null space of the active rows A, from a factor of M:
+///
+///   S ≈ M⁻¹ − M⁻¹ Aᵀ W A M⁻¹
+///
+/// This is one step of the method of multipliers. Relative to M⁻¹, the error is the square of the relative distance of
+/// M⁻¹ from S. The columns are kept for further blocks.
+class ConstrainedInverse {
+ public:
+  /// Returns the rows and columns of S of these blocks of the factor, in this order.
+  Eigen::MatrixXd of(const BlockCholesky& factor, const ActiveRows& rows, const std::vector<int>& blocks);
+  /// Must be called when the factor or the rows have changed.
+  void clear() { *this = {}; }
+
+ private:
+  void add(const BlockCholesky& factor, const ActiveRows& rows, const std::vector<int>& blocks);
+
+  std::map<int, int> first_column_;  // by block
+  std::vector<int> unknowns_;        // of each column
+  // M⁻¹ E and W^½ A M⁻¹ E, where E selects the unknowns, and Eᵀ S E
+  BlockCholesky::Columns inverse_, white_;
+  Eigen::MatrixXd selected_;
 };
 
 }  // namespace tandem::detail

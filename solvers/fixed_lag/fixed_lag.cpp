@@ -117,12 +117,12 @@ Summary FixedLag::update() {
 void FixedLag::Factored::prepare(const Problem& problem, const NlpEvaluator& nlp) {
   factor.emplace(nlp.hessian_pattern(), kTimeOrderFlops);
   rows = {};
+  constrained.clear();
   known.assign(std::size_t(problem.id_bound()), {});
   for (int id = 0; id < problem.id_bound(); ++id)
     if (!problem.name(id).empty()) {
       const int block = nlp.block_of(id);
-      const int unknown = block < 0 ? -1 : nlp.hessian_pattern().first[std::size_t(block)];
-      known[std::size_t(id)] = {block < 0 ? kFixed : block, unknown, problem.sequence_number(id)};
+      known[std::size_t(id)] = {block < 0 ? kFixed : block, problem.sequence_number(id)};
     }
 }
 
@@ -289,7 +289,7 @@ bool FixedLag::extend() {
     const bool exists = !problem_.name(id).empty(), fixed = exists && problem_.is_fixed(id);
     if (block == kUnknown) {
       if (solved_.known[std::size_t(id)].block != kUnknown) return false;  // the variable has been removed
-      if (fixed) solved_.known[std::size_t(id)] = {kFixed, -1, problem_.sequence_number(id)};
+      if (fixed) solved_.known[std::size_t(id)] = {kFixed, problem_.sequence_number(id)};
       if (exists && !fixed) added.push_back(id);
     } else if (fixed != (block == kFixed)) {
       return false;
@@ -298,7 +298,7 @@ bool FixedLag::extend() {
   if (!extension_.extend(problem_, added,
                          [this](const auto& ids, const auto& dofs) { return linearized_covariance(ids, dofs); }))
     return false;
-  for (const int id : added) solved_.known[std::size_t(id)] = {kAdded, -1, problem_.sequence_number(id)};
+  for (const int id : added) solved_.known[std::size_t(id)] = {kAdded, problem_.sequence_number(id)};
   return true;
 }
 
@@ -316,12 +316,18 @@ void FixedLag::check_known(const std::vector<int>& ids) const {
 
 Eigen::MatrixXd FixedLag::covariance(const std::vector<int>& ids, const std::vector<int>& dofs) const {
   check_known(ids);
-  return linearize_at_values(ids) ? at_values_.covariance(ids, dofs) : linearized_covariance(ids, dofs);
+  return linearize_at_values(ids) ? covariance(at_values_, ids, dofs) : linearized_covariance(ids, dofs);
+}
+
+Eigen::MatrixXd FixedLag::covariance(const Factored& from, const std::vector<int>& ids,
+                                     const std::vector<int>& dofs) const {
+  const std::lock_guard lock(*mutex_);
+  return from.covariance(ids, dofs);
 }
 
 Eigen::MatrixXd FixedLag::linearized_covariance(const std::vector<int>& ids, const std::vector<int>& dofs) const {
   check_known(ids);
-  if (std::none_of(ids.begin(), ids.end(), [&](int id) { return is_added(id); })) return solved_.covariance(ids, dofs);
+  if (std::none_of(ids.begin(), ids.end(), [&](int id) { return is_added(id); })) return covariance(solved_, ids, dofs);
   const FreePart free(ids, dofs, [this](int id) { return block_of(id) == kFixed; });
   return free.with_zeros(extension_.joint(free.ids, free.dofs, [this](const auto& known, const auto& known_dofs) {
     return linearized_covariance(known, known_dofs);
@@ -331,13 +337,9 @@ Eigen::MatrixXd FixedLag::linearized_covariance(const std::vector<int>& ids, con
 Eigen::MatrixXd FixedLag::Factored::covariance(const std::vector<int>& ids, const std::vector<int>& dofs) const {
   const FreePart free(ids, dofs, [this](int id) { return known[std::size_t(id)].block == kFixed; });
   if (free.ids.empty()) return free.with_zeros({});
-  std::vector<int> blocks, unknowns;
-  for (std::size_t k = 0; k < free.ids.size(); ++k) {
-    const Known& variable = known[std::size_t(free.ids[k])];
-    blocks.push_back(variable.block);
-    for (int i = 0; i < free.dofs[k]; ++i) unknowns.push_back(variable.unknown + i);
-  }
-  return free.with_zeros(rows.empty() ? factor->inverse_of(blocks) : rows.constrained_inverse(*factor, unknowns));
+  std::vector<int> blocks;
+  for (const int id : free.ids) blocks.push_back(known[std::size_t(id)].block);
+  return free.with_zeros(rows.empty() ? factor->inverse_of(blocks) : constrained.of(*factor, rows, blocks));
 }
 
 std::string why_unsupported(const Problem& problem, const FixedLagOptions&) { return detail::why_unsolvable(problem); }

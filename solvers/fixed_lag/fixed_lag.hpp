@@ -156,14 +156,14 @@ class FixedLag {
   static constexpr int kFixed = -1, kAdded = -2, kUnknown = -3;
   struct Known {
     int block = kUnknown;  // block of the factor, or one of the constants above
-    int unknown = -1;      // first unknown of the block
     long long creation = -1;
   };
   /// A factor of the Hessian of the window.
   struct Factored {
     std::optional<BlockCholesky> factor;
-    detail::ActiveRows rows;   // active hard rows; the factor is that of M
-    std::vector<Known> known;  // by id; empty without a covariance
+    detail::ActiveRows rows;                         // active hard rows; the factor is that of M
+    std::vector<Known> known;                        // by id; empty without a covariance
+    mutable detail::ConstrainedInverse constrained;  // with active rows
 
     void prepare(const Problem& problem, const NlpEvaluator& nlp);
     /// Returns the block of the variable that has this id now, or kFixed, kAdded or kUnknown.
@@ -180,6 +180,7 @@ class FixedLag {
   bool is_added(int id) const { return block_of(id) == kAdded; }
   int size() const { return problem_.num_variables() + problem_.num_soft_blocks() + problem_.num_hard_blocks(); }
   bool linearize_at_values(const std::vector<int>& ids) const;
+  Eigen::MatrixXd covariance(const Factored& from, const std::vector<int>& ids, const std::vector<int>& dofs) const;
 
   FixedLagOptions options_;
   mutable Problem problem_;   // a linearisation does not change it visibly
@@ -194,7 +195,7 @@ class FixedLag {
   enum class AtValues { same, wanted, known, unavailable };  // same: solved_ is at the values
   mutable AtValues state_ = AtValues::same;
   int size_after_update_ = 0;
-  std::unique_ptr<std::mutex> mutex_ = std::make_unique<std::mutex>();  // of at_values_ and state_
+  std::unique_ptr<std::mutex> mutex_ = std::make_unique<std::mutex>();  // of at_values_, state_ and inverses
 };
 
 /// Returns an empty string, or the reason why fixed-lag smoothing does not support the problem.

@@ -53,6 +53,12 @@ class BlockCholesky {
   /// Returns the rows and columns of (L Lᵀ)⁻¹ of these blocks of the pattern, in this order. Solves once per column,
   /// through the ancestors of the blocks in the elimination tree.
   Eigen::MatrixXd inverse_of(const std::vector<int>& blocks) const;
+  using Columns = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+  /// Returns the whole columns of (L Lᵀ)⁻¹ of these blocks, in this order, and zeros up to a multiple of eight columns.
+  Columns columns_of_inverse(const std::vector<int>& blocks) const;
+  /// Return the first unknown of a block of the pattern, and the number of its unknowns.
+  int first_unknown(int block) const { return first_unknown_[std::size_t(place_of_block_[std::size_t(block)])]; }
+  int dofs(int block) const { return size_[std::size_t(place_of_block_[std::size_t(block)])]; }
 
   /// Returns the unknown at which the last factorisation failed.
   int failed_unknown() const { return failed_; }
@@ -132,6 +138,8 @@ class BlockCholesky {
   [[gnu::always_inline]] void forward_top(int k, double* y) const;
   [[gnu::always_inline]] void forward_below(int begin, int end, int k, double* y) const;
   [[gnu::always_inline]] void backward_by(int k, double* y) const;
+  /// The same for eight columns of a row-major matrix with rows at a distance of `stride`.
+  [[gnu::always_inline]] void backward_eight_by(int k, double* Y, std::ptrdiff_t stride) const;
 
   int n_ = 0, blocks_ = 0, failed_ = -1;
   double nonzeros_ = 0;

@@ -61,6 +61,26 @@ inline void BlockCholesky::backward_by(int k, double* y) const {
   }
 }
 
+inline void BlockCholesky::backward_eight_by(int k, double* Y, std::ptrdiff_t stride) const {
+  const int n = size_[std::size_t(k)], m = panel_rows_[std::size_t(k)];
+  const double* P = entries_ + panel_[std::size_t(k)];
+  double* X = Y + first_unknown_[std::size_t(k)] * stride;
+  for (int c = n - 1; c >= 0; --c) {
+    const double* column = P + std::ptrdiff_t(c) * m;
+    double* x = X + c * stride;
+    double sum[8];
+    detail::copy_eight(x, sum);
+    for (int b = below_start_[std::size_t(k)]; b < below_start_[std::size_t(k) + 1]; ++b) {
+      const Below& below = below_[std::size_t(b)];
+      const double* source = Y + below.unknown * stride;
+      for (int r = 0; r < below.rows; ++r) detail::subtract_eight(column[below.row + r], source + r * stride, sum);
+    }
+    for (int i = c + 1; i < n; ++i) detail::subtract_eight(column[i], X + i * stride, sum);
+    const double inverse = 1 / column[c];
+    for (int j = 0; j < 8; ++j) x[j] = inverse * sum[j];
+  }
+}
+
 void BlockCholesky::forward(Eigen::VectorXd& y) const {
   for_both_halves([&](int p) {
     const Section& part = parts_[std::size_t(p)];
@@ -134,6 +154,33 @@ Eigen::MatrixXd BlockCholesky::inverse_of(const std::vector<int>& blocks) const 
     }
   }
   return S;
+}
+
+BlockCholesky::Columns BlockCholesky::columns_of_inverse(const std::vector<int>& blocks) const {
+  int columns = 0;
+  for (const int block : blocks) columns += dofs(block);
+  Columns X = Columns::Zero(n_, (columns + 7) / 8 * 8);
+  Eigen::VectorXd x = Eigen::VectorXd::Zero(n_);
+  int column = 0;
+  for (const int block : blocks) {
+    const std::vector<int> ancestry = ancestors_of({block});
+    for (int i = 0; i < dofs(block); ++i, ++column) {
+      x[first_unknown(block) + i] = 1;
+      detail::dispatch_simd([&]() TANDEM_INLINED_HERE {
+        for (const int k : ancestry) forward_by(k, x.data());
+      });
+      for (const int k : ancestry) {
+        const int first = first_unknown_[std::size_t(k)], n = size_[std::size_t(k)];
+        X.col(column).segment(first, n) = x.segment(first, n);
+        x.segment(first, n).setZero();
+      }
+    }
+  }
+  detail::dispatch_simd([&]() TANDEM_INLINED_HERE {
+    for (int k = blocks_ - 1; k >= 0; --k)
+      for (int first = 0; first < columns; first += 8) backward_eight_by(k, X.data() + first, X.cols());
+  });
+  return X;
 }
 
 }  // namespace tandem

@@ -118,6 +118,24 @@ TEST(BlockCholesky, KeepsTheNaturalOrderIfAllowed) {
   EXPECT_LE((natural.inverse_of({29, 0, 7}) - S).norm(), 1e-10 * S.norm());
 }
 
+TEST(BlockCholesky, ColumnsOfTheInverseEqualSolves) {
+  for (const BlockMatrix& m : {chain(30, 2, 3), star(20, 8, 4), long_chain(3, true, 2)})
+    for (const double natural_flops : {BlockCholesky::kDefaultNaturalFlops, 1e9}) {
+      BlockCholesky cholesky(m.pattern, natural_flops);
+      ASSERT_TRUE(cholesky.factorize(m.values));
+      const std::vector<int> blocks = {17, 2, 9, 19};
+      const auto X = cholesky.columns_of_inverse(blocks);
+      Eigen::Index column = 0;
+      for (const int block : blocks)
+        for (int i = 0; i < cholesky.dofs(block); ++i, ++column) {
+          Eigen::VectorXd x = Eigen::VectorXd::Unit(m.dense.rows(), cholesky.first_unknown(block) + i);
+          cholesky.solve(x);
+          EXPECT_LE((X.col(column) - x).norm(), 1e-13 * x.norm()) << "block " << block;
+        }
+      EXPECT_TRUE(X.rightCols(X.cols() - column).isZero(0));
+    }
+}
+
 TEST(BlockCholesky, CountsTheEntriesOfTheFactor) {
   const BlockMatrix m = make_matrix({2, 3, 1}, {{0, 1}, {1, 2}}, 7);
   EXPECT_EQ(BlockCholesky(m.pattern).nonzeros(), (3 + 6) + (6 + 3) + 1);
