@@ -10,22 +10,11 @@
 #include <tandem/problem/problem.hpp>
 
 namespace tandem {
-
-/// Returns the blocks to replace, per pool in ascending order.
-std::vector<std::vector<int>> Problem::blocks_to_marginalize(const std::vector<char>& marked) const {
-  std::vector<std::vector<int>> affected(pools_.size());
-  for (std::size_t p = 0; p < pools_.size(); ++p) {
-    const auto& pool = pools_[p].base();
-    const bool always = static_cast<int>(p) == prior_pool_ || static_cast<int>(p) == constraint_pool_;
-    for (int i = 0; i < pool.size(); ++i)
-      if (always || pool.reads(i, marked)) affected[p].push_back(i);
-  }
-  return affected;
-}
+namespace {
 
 /// Returns the bound at which each row of a hard block is active, NaN if it is inactive. Active rows are equalities,
 /// and inequalities whose multiplier is not zero.
-std::vector<double> Problem::active_bounds(const detail::HardPoolBase& pool, int block) const {
+std::vector<double> active_bounds(const detail::HardPoolBase& pool, int block) {
   std::vector<double> bounds(std::size_t(pool.dim()), std::numeric_limits<double>::quiet_NaN());
   for (std::size_t row = 0, at = std::size_t(block * pool.dim()); row < bounds.size(); ++row, ++at) {
     const double lower = pool.lower()[at], upper = pool.upper()[at], y = pool.multipliers()[at];
@@ -37,9 +26,23 @@ std::vector<double> Problem::active_bounds(const detail::HardPoolBase& pool, int
   return bounds;
 }
 
-bool Problem::has_active_row(const detail::HardPoolBase& pool, int block) const {
+bool has_active_row(const detail::HardPoolBase& pool, int block) {
   const std::vector<double> bounds = active_bounds(pool, block);
   return !std::all_of(bounds.begin(), bounds.end(), [](double x) { return std::isnan(x); });
+}
+
+}  // namespace
+
+/// Returns the blocks to replace, per pool in ascending order.
+std::vector<std::vector<int>> Problem::blocks_to_marginalize(const std::vector<char>& marked) const {
+  std::vector<std::vector<int>> affected(pools_.size());
+  for (std::size_t p = 0; p < pools_.size(); ++p) {
+    const auto& pool = pools_[p].base();
+    const bool always = static_cast<int>(p) == prior_pool_ || static_cast<int>(p) == constraint_pool_;
+    for (int i = 0; i < pool.size(); ++i)
+      if (always || pool.reads(i, marked)) affected[p].push_back(i);
+  }
+  return affected;
 }
 
 /// Returns the linear equations of the active rows of hard blocks. `offset` is the first unknown of each variable, −1

@@ -8,6 +8,19 @@
 #include <tandem/problem/soft_pool.hpp>
 
 namespace tandem {
+namespace {
+
+void check_noise(std::string_view name, int rows, const Gaussian& noise) {
+  if (noise.dim() != rows)
+    throw BadInputError(std::string(name) + ": the residual has " + std::to_string(rows) + " rows, but the noise has " +
+                        std::to_string(noise.dim()));
+}
+
+void check_loss(std::string_view name, const Loss& loss) {
+  if (!(loss.scale > 0)) throw BadInputError(std::string(name) + ": the scale of the loss must be positive");
+}
+
+}  // namespace
 
 std::uint64_t detail::new_problem_serial() {
   static std::atomic<std::uint64_t> last = 0;
@@ -323,16 +336,6 @@ void Problem::set_bounds(const Block& block, const UniformBounds& bounds) {
   const std::size_t rows = std::size_t(hard_pool_of(block, "set_bounds").dim());
   const std::vector<double> lower(rows, bounds.lower), upper(rows, bounds.upper);
   set_bounds(block, int(rows), lower.data(), upper.data());
-}
-
-void Problem::check_noise(std::string_view name, int rows, const Gaussian& noise) {
-  if (noise.dim() != rows)
-    throw BadInputError(std::string(name) + ": the residual has " + std::to_string(rows) + " rows, but the noise has " +
-                        std::to_string(noise.dim()));
-}
-
-void Problem::check_loss(std::string_view name, const Loss& loss) {
-  if (!(loss.scale > 0)) throw BadInputError(std::string(name) + ": the scale of the loss must be positive");
 }
 
 void Problem::check_bounds(std::string_view name, int rows, const double* lower, const double* upper) {

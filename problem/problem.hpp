@@ -48,13 +48,11 @@ std::uint64_t new_problem_serial();
 ///   const SE3 estimate = problem.value(x1);
 ///
 /// A solver starts at the values of the variables and replaces them by the best point that it found.
-///
 /// A handle is invalid after its variable or block was removed, and in other problems. Every function with a handle
 /// throws StaleHandleError, naming the variable or the residual, if the handle is invalid. Functions with other
 /// arguments throw BadInputError if these are invalid. A function that throws changes nothing.
 ///
 /// Memory of removed variables and blocks is reused, so a sliding window runs in constant memory.
-///
 /// Thread safety: different problems may be used in different threads, and const functions of one problem concurrently.
 /// Exceptions: functions that evaluate residuals (weight, linearization, convex_loss_scale) are not concurrent for a
 /// problem with a marginal prior, which has scratch memory.
@@ -84,8 +82,8 @@ class Problem {
     own.problem = serial_;
     return own;
   }
-  /// Returns the handle of the block that was added to this problem by the same call as `block` to another problem.
-  /// Both problems must have been built by the same sequence of calls. Throws StaleHandleError if there is none.
+  /// Returns the handle of the block that was added by the same call as `block` to another problem, if both problems
+  /// were built by the same sequence of calls. Throws StaleHandleError if there is none.
   Block counterpart(const Block& block) const;
 
   /// Adds a free variable with the value `initial`, the initial guess of the next solve. `name` is used in messages;
@@ -160,10 +158,9 @@ class Problem {
   /// moves away from X̄, because X̄ and A stay fixed.
   ///
   /// Hard rows enter by null-space elimination (detail::eliminate). A row is active if it is an equality, or if its
-  /// multiplier is not zero. It then counts as an equality at its active bound. Active rows determine a part of the
-  /// leaving variables from the remaining ones. Restrictions that they imply on the remaining variables alone become
-  /// the marginal constraint A (X ⊖ X̄) + b = 0. Inactive inequalities leave without trace. The result is exact if the
-  /// active rows are linear and are active in the solution of all data.
+  /// multiplier is not zero. It then counts as an equality at its active bound. What active rows imply on the remaining
+  /// variables alone becomes the marginal constraint A (X ⊖ X̄) + b = 0. Inactive inequalities leave without trace. The
+  /// result is exact if the active rows are linear and are active in the solution of all data.
   /// Unobservable directions of the removed variables contribute nothing; information below about 1e-13 of that of the
   /// blocks is dropped. Fixed variables count as constants; free those to be estimated before. Invalidates
   /// NlpEvaluators of this problem. Throws and changes nothing if an ID is repeated (BadInputError) or unknown
@@ -208,13 +205,12 @@ class Problem {
   /// Return and set the Lagrange multipliers of a hard block, one per row. A multiplier is the decrease of the minimal
   /// cost per unit by which the active bound is raised. It is positive at an upper bound, negative at a lower bound,
   /// and 0 if no bound is active or before the first solve.
-  ///
   /// The solvers augmented-lagrangian and ipopt store multipliers when they converge. They start from them if their
   /// option `from_multipliers` is set. Both functions throw BadInputError for a soft block; set_multipliers() also if
   /// the size is wrong or a value is not finite.
   Eigen::VectorXd multipliers(const Block& block) const;
   void set_multipliers(const Block& block, const Eigen::VectorXd& multipliers);
-  /// Residual and Jacobian of a block at the current values, in the units of the residual, without noise and loss.
+  /// Residual and Jacobian of a block at the current values, in the residual's units, without noise and loss.
   struct Linearization {
     Eigen::VectorXd residual;
     Eigen::MatrixXd jacobian;       ///< with respect to right perturbations of all variables, side by side
@@ -235,8 +231,7 @@ class Problem {
   void scale_losses(double factor);
   double loss_scale() const { return loss_scale_; }
   /// Returns the smallest factor for scale_losses() with which every block is in the convex region of its robust loss
-  /// (Loss::convexity_limit) at the current values. Does not depend on loss_scale(). Empty if no block has a robust
-  /// loss.
+  /// (Loss::convexity_limit) at the current values, whatever loss_scale() is. Empty if no block has a robust loss.
   std::optional<double> convex_loss_scale() const;
 
   /// Returns the handles of all variables of group G in the order in which they were added.
@@ -271,9 +266,8 @@ class Problem {
   }
   int num_soft_blocks() const;
   int num_hard_blocks() const;
-  /// Size of the program: `unknowns` is the sum of the tangent dimensions of the free variables. `equalities` and
-  /// `inequalities` count the hard rows with equal and with different bounds. Rows that read only fixed variables do
-  /// not count.
+  /// Size of the program: `unknowns` is the sum of the tangent dimensions of the free variables; the others count hard
+  /// rows with equal and with different bounds, except those that read only fixed variables.
   struct Size {
     int unknowns, equalities, inequalities;
   };
@@ -368,8 +362,6 @@ class Problem {
   void remove_block_at(int pool, int index);
   std::string describe(const detail::PoolBase& pool, int block) const;
   std::vector<std::vector<int>> blocks_to_marginalize(const std::vector<char>& marked) const;
-  std::vector<double> active_bounds(const detail::HardPoolBase& pool, int block) const;
-  bool has_active_row(const detail::HardPoolBase& pool, int block) const;
   detail::LinearRows active_rows(const std::vector<std::vector<int>>& affected, const std::vector<int>& offset,
                                  int unknowns) const;
   void add_marginal_constraint(const std::vector<detail::AnchoredState>& states, const detail::LinearRows& equations);
@@ -379,8 +371,6 @@ class Problem {
   detail::SoftPoolBase& soft_pool_of(const Block& block, const char* caller) const;
   detail::HardPoolBase& hard_pool_of(const Block& block, const char* caller) const;
   void set_bounds(const Block& block, int rows, const double* lower, const double* upper);
-  static void check_noise(std::string_view name, int rows, const Gaussian& noise);
-  static void check_loss(std::string_view name, const Loss& loss);
   static void check_bounds(std::string_view name, int rows, const double* lower, const double* upper);
 
   /// All members that swap() exchanges.

@@ -31,6 +31,26 @@ bool is_plausible(const EgoState& state) {
          state.bias.allFinite() && state.pose.rotation().quaternion().coeffs().allFinite();
 }
 
+/// Returns the standard deviations of a chaser's state after a sensor of this type has found it to be wrong.
+EgoStateSigmas sigmas_without_sensor(EgoSensorType type) {
+  EgoStateSigmas spread;
+  switch (type->reading) {
+    case EgoReading::body_vector:
+      spread.velocity.setConstant(10);
+      break;
+    case EgoReading::world_vector:
+      spread.position.setConstant(1e3);
+      break;
+    case EgoReading::world_height:
+      spread.position.z() = 1e3;
+      break;
+    case EgoReading::orientation:
+      spread.rotation.z() = 3;
+      break;
+  }
+  return spread;
+}
+
 }  // namespace
 
 void OnlineEstimator::Streams::make_window() {
@@ -73,6 +93,13 @@ void OnlineEstimator::Streams::reset_window(TrackReset::Kind kind, std::string w
     end_imu_exclusion(queue_.clock());
     alignment_data_ = *ego_;
   }
+}
+
+/// Resets the estimate after a sensor contradicted it until time `t`. `own` is the type of a sensor of the chaser.
+void OnlineEstimator::Streams::reset_to(const std::string& sensor, double t, std::optional<EgoSensorType> own) {
+  reset_window(TrackReset::Kind::contradicted,
+               sensor + " contradicts the estimate: it was rejected until " + seconds_text(t),
+               own ? sigmas_without_sensor(*own) : EgoStateSigmas());
 }
 
 /// Sets the velocity and the height to their newest measurements, and the position if its standard deviation is large.

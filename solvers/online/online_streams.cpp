@@ -30,30 +30,6 @@ std::optional<NavigationData> without_measurements(std::optional<NavigationData>
   return data;
 }
 
-/// Returns the standard deviations of a chaser's state after a sensor of this type has found it to be wrong.
-EgoStateSigmas sigmas_without_sensor(EgoSensorType type) {
-  EgoStateSigmas spread;
-  switch (type->reading) {
-    case EgoReading::body_vector:
-      spread.velocity.setConstant(10);
-      break;
-    case EgoReading::world_vector:
-      spread.position.setConstant(1e3);
-      break;
-    case EgoReading::world_height:
-      spread.position.z() = 1e3;
-      break;
-    case EgoReading::orientation:
-      spread.rotation.z() = 3;
-      break;
-  }
-  return spread;
-}
-
-std::string contradiction_text(const std::string& name, double t) {
-  return name + " contradicts the estimate: it was rejected until " + seconds_text(t);
-}
-
 std::vector<detail::HealthMonitor::Sensor> monitored_sensors(const TrackingData& tracking, const NavigationData* ego) {
   std::vector<detail::HealthMonitor::Sensor> sensors;
   const auto bit = [](EgoReading reading) { return 1u << int(reading); };
@@ -290,8 +266,7 @@ bool OnlineEstimator::Streams::process_ego(std::size_t sensor, const EgoMeasurem
     if (!health_.must_reset_to(sensor)) return own;
     if (exclude_imu(health_.contradicting_since(sensor), t)) return false;
     health_.adopt(sensor);
-    reset_window(TrackReset::Kind::contradicted, contradiction_text(ego_->sensors[sensor].name, t),
-                 sigmas_without_sensor(ego_->sensors[sensor].type));
+    reset_to(ego_->sensors[sensor].name, t, ego_->sensors[sensor].type);
     return window_->has_chain() && process_ego(sensor, m, t);  // without a chain, the chaser is aligned again
   }
   pending_ = true;
@@ -322,7 +297,7 @@ bool OnlineEstimator::Streams::process_target(std::size_t sensor, const Measurem
   if (apply_gate(target_index(sensor), by.name, t, outcome)) return true;
   if (!health_.must_reset_to(target_index(sensor))) return own || first;
   health_.adopt(target_index(sensor));
-  reset_window(TrackReset::Kind::contradicted, contradiction_text(by.name, t));
+  reset_to(by.name, t);
   return by.position_in_chaser(m) && process_target(sensor, m, t);
 }
 

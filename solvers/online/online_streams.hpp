@@ -101,6 +101,7 @@ class OnlineEstimator::Streams {
   enum class Chaser { continues, realigns };  // after a reset
   void reset_window(TrackReset::Kind kind, std::string why, const EgoStateSigmas& min_sigmas = {},
                     Chaser chaser = Chaser::continues);
+  void reset_to(const std::string& sensor, double t, std::optional<EgoSensorType> own = {});
   void adopt_measured(Alignment& start) const;
   std::optional<EgoStateSigmas> state_sigmas(const EgoKeyframe& keyframe, const EgoStateSigmas& min_sigmas) const;
   std::optional<Alignment> state_before(double t) const;
