@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <tandem/studies/inspection/scenario_inspection.hpp>
+#include <tandem/studies/support/html_text.hpp>
 
 namespace tandem {
 namespace {
@@ -24,13 +25,6 @@ th, td { padding: .25em .7em; text-align: right; white-space: nowrap; border-bot
 th:first-child, td:first-child, th:last-child, td:last-child { text-align: left; }
 )";
 
-std::string escaped(const std::string& text) {
-  std::string result;
-  for (const char c : text)
-    result += c == '<' ? "&lt;" : c == '>' ? "&gt;" : c == '&' ? "&amp;" : c == '"' ? "&quot;" : std::string(1, c);
-  return result;
-}
-
 /// Returns one bar for each sensor over the time: an interval without rows is blank.
 std::string strips(const ScenarioInspection& scenario) {
   const double first = scenario.first(), span = std::max(scenario.last() - first, 1e-9), left = 130;
@@ -39,7 +33,7 @@ std::string strips(const ScenarioInspection& scenario) {
   const auto x = [&](double t) { return left + (kWidth - left - 10) * (t - first) / span; };
   double y = 4;
   for (const SensorSeries& s : scenario.series) {
-    svg += fmt::format("<text x='0' y='{:.0f}'>{}</text>\n", y + 14, escaped(s.name));
+    svg += fmt::format("<text x='0' y='{:.0f}'>{}</text>\n", y + 14, html_escaped(s.name));
     const double longest = std::max(gaps_of(s).median_step * 5, span / 2000);
     for (std::size_t i = 0; i < s.rows;) {
       std::size_t end = i + 1;
@@ -121,7 +115,7 @@ std::string plan(const ScenarioInspection& scenario) {
                        x(s.at(0, east)), y(s.at(0, north)), colour);
     svg +=
         fmt::format("<path d='M{0:.0f} {1}h18' stroke='{2}' stroke-width='3'/><text x='{3:.0f}' y='{4}'>{5}</text>\n",
-                    kWidth * 0.74, 16 + 20 * n, colour, kWidth * 0.74 + 26, 20 + 20 * n, escaped(s.name));
+                    kWidth * 0.74, 16 + 20 * n, colour, kWidth * 0.74 + 26, 20 + 20 * n, html_escaped(s.name));
     ++n;
   }
   return svg +
@@ -135,8 +129,8 @@ std::string sensor_table(const ScenarioInspection& scenario) {
   for (const SensorSeries& s : scenario.series) {
     const SeriesGaps gaps = gaps_of(s);
     table += fmt::format("<tr><td>{}</td><td>{}</td><td>{}</td><td>{:.3g}</td><td>{}</td><td>{}</td></tr>\n",
-                         escaped(s.name), escaped(s.type), s.rows, rate_of(s),
-                         gaps.count > 0 ? fmt::format("{:.1f}", gaps.longest) : "–", escaped(range_text(s)));
+                         html_escaped(s.name), html_escaped(s.type), s.rows, rate_of(s),
+                         gaps.count > 0 ? fmt::format("{:.1f}", gaps.longest) : "–", html_escaped(range_text(s)));
   }
   return table + "</table>\n";
 }
@@ -148,10 +142,10 @@ std::string inspection_page(const ScenarioInspection& scenario) {
       "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">\n"
       "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n"
       "<title>{0}</title>\n<style>{1}</style></head><body>\n<h1>{0}</h1>\n<p>{2}</p>\n",
-      escaped(scenario.name), kStyle, escaped(summary_text(scenario)));
+      html_escaped(scenario.name), kStyle, html_escaped(summary_text(scenario)));
   page += "<h2>Looks wrong</h2>\n<ul>\n";
   for (const auto* sentences : {&scenario.unreadable, &scenario.findings})
-    for (const std::string& sentence : *sentences) page += fmt::format("<li>{}</li>\n", escaped(sentence));
+    for (const std::string& sentence : *sentences) page += fmt::format("<li>{}</li>\n", html_escaped(sentence));
   if (scenario.unreadable.empty() && scenario.findings.empty()) page += "<li>nothing</li>\n";
   page += "</ul>\n<h2>Rows over time</h2>\n<div class=\"wide\">" + strips(scenario) + "</div>\n";
   if (const std::string view = plan(scenario); !view.empty())

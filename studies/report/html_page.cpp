@@ -2,6 +2,7 @@
 #include <nlohmann/json.hpp>
 
 #include <tandem/studies/report/html_page.hpp>
+#include <tandem/studies/support/html_text.hpp>
 
 namespace tandem {
 namespace {
@@ -100,27 +101,6 @@ HtmlFigure::HtmlFigure(std::string title, std::string caption, const nlohmann::o
       aspect(aspect) {}
 
 void HtmlFigure::set_frames(const nlohmann::ordered_json& all) { frames = json_of(all); }
-
-std::string html_escaped(const std::string& text) {
-  std::string result;
-  for (const char c : text) switch (c) {
-      case '<':
-        result += "&lt;";
-        break;
-      case '>':
-        result += "&gt;";
-        break;
-      case '&':
-        result += "&amp;";
-        break;
-      case '"':
-        result += "&quot;";
-        break;
-      default:
-        result += c;
-    }
-  return result;
-}
 
 void HtmlPage::heading(const std::string& text) { body_ += fmt::format("<h2>{}</h2>\n", html_escaped(text)); }
 

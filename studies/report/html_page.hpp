@@ -49,7 +49,4 @@ class HtmlPage {
   int count_ = 0;
 };
 
-/// Replaces `<`, `>`, `&` and double quotes by HTML entities.
-std::string html_escaped(const std::string& text);
-
 }  // namespace tandem

@@ -18,6 +18,7 @@
 #include <tandem/studies/study/study_summary.hpp>
 #include <tandem/studies/study/trial.hpp>
 #include <tandem/studies/study/trial_dive.hpp>
+#include <tandem/studies/support/html_text.hpp>
 #include <tandem/studies/support/private_folder.hpp>
 
 namespace tandem {

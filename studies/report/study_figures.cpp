@@ -5,6 +5,7 @@
 
 #include <tandem/studies/report/plot_parts.hpp>
 #include <tandem/studies/report/study_figures.hpp>
+#include <tandem/studies/support/html_text.hpp>
 #include <tandem/studies/support/text.hpp>
 
 namespace tandem {
