@@ -96,5 +96,10 @@ def matched(pattern, text, program):
     """Returns all matches of a pattern in the output of a program; none is an error."""
     found = re.findall(pattern, text, re.MULTILINE)
     if not found:
-        raise Failure(f"cannot read the output of {program}; adapt the pattern in scripts/benchmark_tables.py")
+        raise Failure(f"cannot read the output of {program}; adapt its pattern in scripts/benchmark_*.py")
     return found
+
+
+def measurements(names):
+    """Returns the functions measure_NAME among the names of a module, by NAME."""
+    return {name[len("measure_"):]: value for name, value in names.items() if name.startswith("measure_")}

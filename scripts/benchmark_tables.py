@@ -1,4 +1,4 @@
-"""Measurement of the tables of docs/benchmarks.md, for scripts/benchmarks.
+"""Measurement of the tables of docs/benchmarks.md that need no recordings of ../shared, for scripts/benchmarks.
 
 Each function measure_NAME runs the commands of one table and returns the lines of its section.
 """
@@ -10,13 +10,7 @@ import shlex
 import statistics
 import subprocess
 
-from benchmark_session import DATA, ROOT, Failure, fixed, matched, scientific, section, significant
-
-CARS = ["kitti_0000_000", "kitti_0002_005", "kitti_0004_002", "kitti_0006_012", "kitti_0008_008", "kitti_0010_000",
-        "kitti_0011_000", "kitti_0018_003", "kitti_0020_012"]
-FERRIES = ["ferry_16_1", "ferry_22_1", "ferry_22_2"]
-NEEDS_DATA = {"cars", "ferries", "dives"}
-
+from benchmark_session import ROOT, Failure, fixed, matched, measurements, scientific, section, significant
 
 def measure_accuracy(session):
     best = "white-noise-acceleration+non-holonomic:hard"
@@ -113,86 +107,6 @@ def measure_online(session):
     return section(["bench_online docking_a"],
                    ["", "position [m]", "pose [m]", "none [m]", "5 s ahead [m]", "10 s ahead [m]", "NEES", "p50 [ms]",
                     "p99 [ms]"], rows)
-
-
-def estimated(session, scenario, *options):
-    """Estimates a recording. Returns the summary and the mean NEES by axes of the relative position."""
-    out = session.folder("estimate")
-    summary = session.json("estimate", os.path.join(DATA, scenario), *options, "--plots", "off", "--out", out,
-                           statuses=(0, 2))
-    if summary["status"] != "converged":
-        raise Failure(f"tandem estimate {scenario} {shlex.join(options)}: {summary['status']}")
-    sums = []
-    with open(os.path.join(out, "errors.csv"), encoding="utf-8", newline="") as stream:
-        for row in csv.DictReader(stream):
-            axes = [(row[f"error_{a}_m"], row[f"three_sigma_{a}_m"]) for a in "xyz"]
-            if all(error and sigma for error, sigma in axes):
-                sums.append(sum((3 * float(e) / float(s)) ** 2 for e, s in axes if float(s) > 0))
-    return summary, statistics.fmean(sums) if sums else None
-
-
-def measure_cars(session):
-    rows = []
-    for scenario in CARS:
-        plain, plain_nees = estimated(session, scenario)
-        robust, robust_nees = estimated(session, scenario, "--robust")
-        cells = [scenario, plain["keyframes"], fixed(plain["errors"]["all"]["raw_position_mean_m"])]
-        for summary, nees in ((plain, plain_nees), (robust, robust_nees)):
-            errors = summary["errors"]["all"]
-            cells += [fixed(errors["position_mean_m"]), fixed(errors["orientation_mean_deg"], 2), fixed(nees, 1)]
-        rows.append(cells)
-    return section([f"tandem estimate {DATA}/SCENARIO", f"tandem estimate {DATA}/SCENARIO --robust"],
-                   ["", "keyframes", "measured [m]", "[m]", "[°]", "NEES", "robust [m]", "robust [°]", "robust NEES"],
-                   rows)
-
-
-def measure_ferries(session):
-    options = shlex.split("--model white-noise-acceleration --noise acceleration=0.7,0.7,0.05 --non-holonomic soft "
-                          "--surge 0,0 --limits soft --noise surge=21 --noise camera=0.4 --noise lidar=2.5,0.05 "
-                          "--noise radar=2.5,0.05")
-    rows = []
-    for scenario in FERRIES:
-        plain, plain_nees = estimated(session, scenario)
-        tuned, tuned_nees = estimated(session, scenario, *options)
-        cells = [scenario, plain["keyframes"]]
-        cells += [fixed(plain["sensors"][sensor].get("raw_position_mean_m")) for sensor in ("lidar", "radar")]
-        for summary, nees in ((plain, plain_nees), (tuned, tuned_nees)):
-            cells += [fixed(summary["errors"]["all"]["position_mean_m"]), fixed(nees, 1)]
-        rows.append(cells)
-    half = options.index("--limits")
-    return section([f"tandem estimate {DATA}/SCENARIO", f"tandem estimate {DATA}/SCENARIO \\",
-                    "    " + shlex.join(options[:half]) + " \\", "    " + shlex.join(options[half:])],
-                   ["", "keyframes", "lidar [m]", "radar [m]", "[m]", "NEES", "options [m]", "options NEES"], rows)
-
-
-def measure_dives(session):
-    auv = shlex.split("--error dvl=0.02,0.02,0.02:100 --error depth=0.3:100")
-    constants = shlex.split("--error dvl.scale=0.05 --error dvl.misalignment=0.05 --error dvl.delay=0.3 "
-                            "--error gps.delay=0.3")
-    mav = ["--error", "gps.delay=0.3", "--vibration"]
-    runs = {"auv_akit_01": ("a", auv), "auv_akit_03": ("a", auv), "rov_blueye_auto_square": ("b", auv + constants),
-            "rov_blueye_grid": ("b", auv + constants), "mav_euroc_mh01": ("c", mav)}
-
-    def cells(folder, options):
-        result = session.json("navigate", folder, *options)
-        errors, outages = result["errors"]["all"], result.get("gps_outages") or []
-        longest = max(outages, key=lambda outage: outage["to"] - outage["from"], default={})
-        return [fixed(errors["position_mean_m"]), fixed(errors.get("orientation_mean_deg"), 2),
-                fixed(longest.get("drift_percent"), 2), fixed(errors.get("position_nees"), 1)]
-
-    rows = []
-    for grade in ("tactical", "mems"):
-        folder = session.folder("dive_" + grade)
-        session.run("tandem", "simulate", "dive", "--grade", grade, "--seed", "1", "--out", folder)
-        rows.append([f"simulated, {grade}", *cells(folder, []), *["–"] * 5])
-    for name, (letter, options) in runs.items():
-        folder = os.path.join(DATA, name)
-        rows.append([name, *cells(folder, []), letter, *cells(folder, options)])
-    commands = [f"tandem navigate {DATA}/SCENARIO [OPTIONS]", "a: " + shlex.join(auv),
-                "b: a and " + shlex.join(constants), "c: " + shlex.join(mav),
-                "tandem simulate dive --grade tactical --seed 1 --out dive    # or mems"]
-    columns = ["position [m]", "orientation [°]", "drift [%]", "NEES"]
-    return section(commands, ["", *columns, "options", *columns], rows)
 
 
 def measure_solvers(session):
@@ -318,11 +232,17 @@ def measure_faults(session):
     print("$", shlex.join(command), flush=True)
     done = subprocess.run([os.path.join(ROOT, command[0]), *command[1:], "--build", session.build], cwd=ROOT,
                           stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
-    table = [line for line in done.stdout.splitlines() if line.startswith("|")]
+    table = [line.strip("| ").split(" | ") for line in done.stdout.splitlines() if line.startswith("|")]
     if done.returncode not in (0, 1) or len(table) < 3:
         raise Failure(f"{shlex.join(command)}: exit status {done.returncode}: {done.stderr.strip()[-500:]}")
-    return ["    " + shlex.join(command), "", *table]
+    header, _, *rows = table
+    found = {}  # results of each fault by recording and sensor, then by command
+    for recording, sensor, tried, *results in rows:
+        found.setdefault((recording, sensor), {})[tried] = results
+    joined = [[recording, sensor, *(" ".join(results) for results in zip(*(
+        by_command.get(tried, ["-"] * len(header[3:])) for tried in ("navigate", "estimate", "track"))))]
+              for (recording, sensor), by_command in found.items()]
+    return section([shlex.join(command)], [*header[:2], *header[3:]], joined)
 
 
-TABLES = {name[len("measure_"):]: function for name, function in list(globals().items())
-          if name.startswith("measure_")}
+TABLES = measurements(globals())
