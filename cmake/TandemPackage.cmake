@@ -3,6 +3,10 @@
 if(NOT EXISTS "/etc/debian_version" OR NOT TANDEM_STUDIES)
   return()
 endif()
+if(BUILD_SHARED_LIBS)
+  message(STATUS "Debian packages: OFF (their programs contain the libraries; configure with BUILD_SHARED_LIBS=OFF)")
+  return()
+endif()
 
 set(CPACK_GENERATOR DEB)
 set(CPACK_PACKAGE_NAME tandem)
@@ -52,8 +56,12 @@ set(CPACK_COMPONENT_LIBRARY_DESCRIPTION
 set(CPACK_DEBIAN_PYTHON_PACKAGE_NAME python3-tandem)
 set(CPACK_DEBIAN_PYTHON_PACKAGE_SECTION python)
 set(CPACK_DEBIAN_PYTHON_PACKAGE_SHLIBDEPS ON)
+# The compiled module works with one minor version of Python only.
+set(from "${Python_VERSION_MAJOR}.${Python_VERSION_MINOR}")
+math(EXPR next_minor "0${Python_VERSION_MINOR} + 1")
+set(below "${Python_VERSION_MAJOR}.${next_minor}")
 set(CPACK_DEBIAN_PYTHON_PACKAGE_DEPENDS
-    "tandem (= ${PROJECT_VERSION}), python3 (>= ${Python_VERSION_MAJOR}.${Python_VERSION_MINOR}), python3-numpy"
+    "tandem (= ${PROJECT_VERSION}), python3 (>= ${from}), python3 (<< ${below}), python3-numpy"
 )
 set(CPACK_DEBIAN_PYTHON_PACKAGE_RECOMMENDS "python3-matplotlib, python3-pandas, python3-tqdm")
 set(CPACK_COMPONENT_PYTHON_DESCRIPTION

@@ -77,6 +77,15 @@ function(tandem_library name)
   endif()
 endfunction()
 
+# tandem_relocatable(folder targets ...): lets targets that are installed in the folder find Tandem's shared libraries by
+# a relative path.
+function(tandem_relocatable folder)
+  if(BUILD_SHARED_LIBS)
+    file(RELATIVE_PATH to_libraries "/${folder}" "/${CMAKE_INSTALL_LIBDIR}")
+    set_target_properties(${ARGN} PROPERTIES INSTALL_RPATH "$ORIGIN/${to_libraries}")
+  endif()
+endfunction()
+
 # tandem_cold(targets ...): optimises less, because the targets take no part in the loops of solvers. This saves a sixth
 # (clang) to a third (GCC) of their compile time.
 function(tandem_cold)

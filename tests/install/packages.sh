@@ -14,7 +14,11 @@ cp -r examples "$root/root/examples"
 
 inside "apt-get update -q && apt-get install -yq --no-install-recommends /root/tandem_*.deb man-db"
 inside "tandem --version && tandem estimate docking_a --out /root/run && test -s /root/run/summary.json"
-inside "man tandem-estimate | head -n 5"
+inside "man tandem-estimate >/root/page && grep -q 'tandem-estimate' /root/page && head -n 5 /root/page"
+if [ -e "$(echo "$packages"/python3-tandem_*.deb)" ]; then
+  inside "apt-get install -yq --no-install-recommends /root/python3-tandem_*.deb && cd / &&
+    python3 -c 'import tandem; print(tandem.estimate(\"docking_a\").summary.cost)'"
+fi
 inside "apt-get install -yq --no-install-recommends /root/libtandem-dev_*.deb cmake ninja-build g++ pkg-config"
 inside "cmake -S /root/examples -B /root/build -G Ninja && cmake --build /root/build --target 01_track_a_target &&
   \$(find /root/build -name 01_track_a_target -type f)"
