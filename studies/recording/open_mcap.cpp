@@ -61,6 +61,11 @@ class McapRecording : public MessageRecording {
         return;
       }
     }
+    if (!ended)
+      add_defect(
+          fmt::format("the file has no end record after byte {}: the recording was interrupted or the file was "
+                      "cut; all records before are used",
+                      at));
   }
 
   void record(unsigned char opcode, std::string_view data, std::uint64_t at, bool deliver) {

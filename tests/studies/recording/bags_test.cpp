@@ -127,6 +127,10 @@ TEST(Bags, UseWhatComesBeforeATruncation) {
               ElementsAre(AllOf(HasSubstr("truncated"), HasSubstr("byte " + std::to_string(whole.size())))));
   expect_messages(*recording, 3);
 
+  const auto between = open_recording(scratch.write("b.mcap", whole));
+  EXPECT_THAT(between->defects(), ElementsAre(HasSubstr("no end record after byte " + std::to_string(whole.size()))));
+  expect_messages(*between, 3);
+
   const std::string bag = Bag::start(0) + bag_messages();
   const auto cut = open_recording(scratch.write("a.bag", bag.substr(0, bag.size() - 5)));
   EXPECT_THAT(cut->defects(), ElementsAre(HasSubstr("truncated")));
@@ -162,7 +166,8 @@ TEST(Bags, UseTheFirstPartOfADamagedChunk) {
 TEST(Bags, SkipChunksOfUnknownCompressionAndNameTheByte) {
   const ScratchFolder scratch;
   const std::string before = Mcap::start() + mcap_topics() + mcap_messages(0, 2);
-  const auto recording = open_recording(scratch.write("a.mcap", before + Mcap::chunk("brotli", mcap_messages(2, 5))));
+  const auto recording =
+      open_recording(scratch.write("a.mcap", before + Mcap::chunk("brotli", mcap_messages(2, 5)) + Mcap::end()));
   EXPECT_THAT(recording->defects(), ElementsAre(AllOf(HasSubstr("the chunk at byte " + std::to_string(before.size())),
                                                       HasSubstr("unknown compression 'brotli'"))));
   expect_messages(*recording, 2);
