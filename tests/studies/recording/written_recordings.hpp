@@ -175,6 +175,7 @@ inline void write_db3(const std::string& file, const std::string& type, const st
   sqlite3* db = nullptr;
   sqlite3_open(file.c_str(), &db);
   const auto run = [&](const std::string& sql) { sqlite3_exec(db, sql.c_str(), nullptr, nullptr, nullptr); };
+  run("BEGIN");  // one transaction; each would wait for the disk
   run("CREATE TABLE topics(id INTEGER PRIMARY KEY, name TEXT, type TEXT, serialization_format TEXT, "
       "offered_qos_profiles TEXT)");
   run("CREATE TABLE messages(id INTEGER PRIMARY KEY, topic_id INTEGER, timestamp INTEGER, data BLOB)");
@@ -193,6 +194,7 @@ inline void write_db3(const std::string& file, const std::string& type, const st
     sqlite3_reset(insert);
   }
   sqlite3_finalize(insert);
+  run("COMMIT");
   sqlite3_close(db);
 }
 
