@@ -227,22 +227,26 @@ def measure_rendezvous(session):
                    rows)
 
 
+def scripted(session, *command, statuses=(0,)):
+    """Runs a script with the Python package of the build. Returns the lines of the table that it prints."""
+    print("$", shlex.join(command), flush=True)
+    environment = {**os.environ, "PYTHONPATH": os.path.join(session.build, "python")}
+    done = subprocess.run([os.path.join(ROOT, command[0]), *command[1:]], cwd=ROOT, env=environment,
+                          stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    table = [line for line in done.stdout.splitlines() if line.startswith("|")]
+    if done.returncode not in statuses or len(table) < 3:
+        raise Failure(f"{shlex.join(command)}: exit status {done.returncode}: {done.stderr.strip()[-500:]}")
+    return table
+
+
+def measure_gtsam(session):
+    return ["    scripts/gtsam_benchmark", "", *scripted(session, "scripts/gtsam_benchmark")]
+
+
 def measure_faults(session):
     command = ["scripts/fault_matrix", "--seconds", "60"]
-    print("$", shlex.join(command), flush=True)
-    done = subprocess.run([os.path.join(ROOT, command[0]), *command[1:], "--build", session.build], cwd=ROOT,
-                          stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
-    table = [line.strip("| ").split(" | ") for line in done.stdout.splitlines() if line.startswith("|")]
-    if done.returncode not in (0, 1) or len(table) < 3:
-        raise Failure(f"{shlex.join(command)}: exit status {done.returncode}: {done.stderr.strip()[-500:]}")
-    header, _, *rows = table
-    found = {}  # results of each fault by recording and sensor, then by command
-    for recording, sensor, tried, *results in rows:
-        found.setdefault((recording, sensor), {})[tried] = results
-    joined = [[recording, sensor, *(" ".join(results) for results in zip(*(
-        by_command.get(tried, ["-"] * len(header[3:])) for tried in ("navigate", "estimate", "track"))))]
-              for (recording, sensor), by_command in found.items()]
-    return section([shlex.join(command)], [*header[:2], *header[3:]], joined)
+    table = scripted(session, *command, "--build", session.build, statuses=(0, 1))
+    return ["    " + shlex.join(command), "", *table]
 
 
 TABLES = measurements(globals())
