@@ -85,13 +85,20 @@ void ConstrainedInverse::add(const BlockCholesky& factor, const ActiveRows& rows
   const BlockCholesky::Columns X = factor.columns_of_inverse(blocks), white = rows.white_product(X);
   inverse_.conservativeResize(X.rows(), columns);
   white_.conservativeResize(white.rows(), columns);
+  selected_.conservativeResize(columns, columns);
   inverse_.rightCols(columns - before) = X.leftCols(columns - before);
   white_.rightCols(columns - before) = white.leftCols(columns - before);
-  const Eigen::MatrixXd unconstrained = inverse_(unknowns_, Eigen::all);
-  selected_ = unconstrained - white_.transpose() * white_;
+  // Each entry is computed once, in a way that does not depend on the order of the requests.
+  for (Eigen::Index j = before; j < columns; ++j)
+    for (Eigen::Index i = 0; i <= j; ++i) {
+      const auto [row, column] = std::minmax(
+          i, j, [&](Eigen::Index a, Eigen::Index b) { return unknowns_[std::size_t(a)] < unknowns_[std::size_t(b)]; });
+      selected_(i, j) = selected_(j, i) =
+          inverse_(unknowns_[std::size_t(row)], column) - white_.col(i).dot(white_.col(j));
+    }
   // Of an unknown that the rows determine, the step leaves a share of about 1 / kWeight; exactly, it is zero.
   for (Eigen::Index i = 0; i < columns; ++i)
-    if (selected_(i, i) <= kDetermined * unconstrained(i, i)) {
+    if (selected_(i, i) <= kDetermined * inverse_(unknowns_[std::size_t(i)], i)) {
       selected_.row(i).setZero();
       selected_.col(i).setZero();
     }

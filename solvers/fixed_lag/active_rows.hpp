@@ -70,8 +70,7 @@ class ConstrainedInverse {
   std::map<int, int> first_column_;  // by block
   std::vector<int> unknowns_;        // of each column
   // M⁻¹ E and W^½ A M⁻¹ E, where E selects the unknowns, and Eᵀ S E
-  BlockCholesky::Columns inverse_, white_;
-  Eigen::MatrixXd selected_;
+  Eigen::MatrixXd inverse_, white_, selected_;
 };
 
 }  // namespace tandem::detail

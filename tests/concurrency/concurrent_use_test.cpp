@@ -122,6 +122,29 @@ TEST(ConcurrentUse, OfMarginals) {
   });
 }
 
+TEST(ConcurrentUse, OfCovariancesOfOneSmoother) {
+  for (const bool constrained : {false, true}) {
+    const auto smoother = [&](std::vector<Variable<SE3>>& x) {
+      FixedLag lag{FixedLagOptions{}};
+      for (int t = 0; t < 8; ++t) {
+        x.push_back(lag.add(t, SE3()));
+        if (t == 0) lag.problem().minimize(Prior<SE3>{}, noise(), {x[0]});
+        if (t > 0) lag.problem().minimize(RelativePose<SE3>{}, noise(), {x[x.size() - 2], x.back()});
+      }
+      if (constrained) lag.problem().subject_to(RelativePose<SE3>{}, equal_to(0), {x[3], x[4]});
+      EXPECT_TRUE(lag.update().converged());
+      return lag;
+    };
+    std::vector<Variable<SE3>> x, same;
+    const FixedLag lag = smoother(x), alone = smoother(same);
+    const Matrix<12, 12> last = alone.covariance(same[7], same[2]);
+    concurrently([&](int thread) {
+      for (int k = 0; k < 8; ++k) EXPECT_GT(lag.covariance(x[std::size_t(k + thread) % 8])(0, 0), 0);
+      EXPECT_EQ((lag.covariance(x[7], x[2])), last);
+    });
+  }
+}
+
 TEST(ConcurrentUse, OfPartsOfOneProblem) {
   Chain chain(20, false);
   std::vector<std::unique_ptr<Subproblem>> parts;
