@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cmath>
+#include <tuple>
 
 #include <tandem/lie/sek3.hpp>
 #include <tandem/residuals/sensor_frame.hpp>
@@ -21,6 +22,8 @@ requires(Chaser::point_dim == Target::point_dim) struct LogRange {
   Chaser B{};    ///< sensor in the chaser's body
   /// t(F) [m], in the target's body; zero if the target is a point
   Vector<Chaser::point_dim> beacon = Vector<Chaser::point_dim>::Zero();
+
+  auto fields() { return std::tie(range, B, beacon); }
 
   template <Over<Chaser> C, Over<Target> T>
   void operator()(const C& c, const T& t, Rows<dim, C>& r, RowsBy<dim, C>* Jc = nullptr,

@@ -1,4 +1,5 @@
 #include <tandem/residuals/bearing.hpp>
+#include <tandem/residuals/log_range.hpp>
 #include <tandem/residuals/range.hpp>
 #include <tandem/residuals/range_bearing.hpp>
 #include <tandem/residuals/usbl_position.hpp>
@@ -21,6 +22,10 @@ void bind_sightings(py::module_& m) {
       m, "Range", {"range", "B", "beacon"}, 1,
       "Range(range, B=identity, beacon=0)\n\nMeasured distance to the target [m]. States: chaser pose, target pose or "
       "point.");
+  declare<LogRange<SE3, SE3>, LogRange<SE3, R3>, LogRange<SE2, SE2>, LogRange<SE2, R2>>(
+      m, "LogRange", {"range", "B", "beacon"}, 1,
+      "LogRange(range, B=identity, beacon=0)\n\nLogarithm of the distance to the target relative to `range` [m]: a "
+      "prior for a distance of unknown size. States: chaser pose, target pose or point.");
   declare<Bearing<SE3, SE3>, Bearing<SE3, R3>, Bearing<SE2, SE2>, Bearing<SE2, R2>>(
       m, "Bearing", {"bearing", "B", "beacon"}, 1,
       "Bearing(bearing, B=identity, beacon=0)\n\nMeasured direction to the target as a vector of any length, in the "

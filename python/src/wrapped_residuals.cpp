@@ -6,8 +6,11 @@
 #include <tandem/residuals/depth.hpp>
 #include <tandem/residuals/dvl_velocity.hpp>
 #include <tandem/residuals/gps.hpp>
+#include <tandem/residuals/heading.hpp>
 #include <tandem/residuals/interpolated.hpp>
 #include <tandem/residuals/miscalibrated.hpp>
+#include <tandem/residuals/miscalibrated_ego.hpp>
+#include <tandem/residuals/propagated.hpp>
 #include <tandem/residuals/range.hpp>
 #include <tandem/residuals/range_bearing.hpp>
 #include <tandem/residuals/soft_bound.hpp>
@@ -42,9 +45,33 @@ const Family& wrapped(const std::string& wrapper, const FamilyResidual& inner) {
   throw BadInputError(wrapper + ": is not available for " + inner.family->name + "; it takes " + known);
 }
 
-FamilyResidual with(const std::string& wrapper, const FamilyResidual& inner, std::initializer_list<py::object> extras) {
+template <template <class> class W>
+void declare_own_sensors(const std::string& wrapper, const std::vector<std::string>& extras) {
+  declare_wrapped<W, Depth>(wrapper, "Depth", extras);
+  declare_wrapped<W, Gps>(wrapper, "Gps", extras);
+  declare_wrapped<W, Heading>(wrapper, "Heading", extras);
+  declare_wrapped<W, DvlVelocity>(wrapper, "DvlVelocity", extras);
+}
+
+/// Returns the names of the members of a PreintegratedImu, which are those of an ImuDelta and of the Earth.
+std::vector<std::string> imu_members() {
+  std::vector<std::string> names = families().at("PreintegratedImu").members;
+  for (std::string& name : names) name = "imu_" + name;
+  return names;
+}
+
+/// Returns the values of these members. Null means that nothing was integrated.
+std::vector<py::object> imu_values(const std::string& wrapper, const FamilyResidual* imu) {
+  if (!imu) return std::vector<py::object>(imu_members().size());
+  if (imu->family->name != "PreintegratedImu")
+    throw BadInputError(wrapper + ": imu is a residual " + imu->family->name +
+                        "; give the PreintegratedImu that preintegrate_imu() returns");
+  return imu->values;
+}
+
+FamilyResidual with(const std::string& wrapper, const FamilyResidual& inner, const std::vector<py::object>& extras) {
   FamilyResidual residual{&wrapped(wrapper, inner), inner.values};
-  residual.values.insert(residual.values.end(), extras);
+  residual.values.insert(residual.values.end(), extras.begin(), extras.end());
   return residual;
 }
 
@@ -98,6 +125,37 @@ void bind_wrapped_residuals(py::module_& m) {
       "`after` the times to the neighbouring states [s]; `later` the time from the states to the measurement [s]. "
       "States: chaser, chaser before, chaser after, target, target before, target after, bias, scale (R1), "
       "misalignment (SO3), delay (R1) [s].");
+  declare_own_sensors<Propagated>("Propagated", imu_members());
+  m.def(
+      "Propagated",
+      [](const FamilyResidual& residual, const FamilyResidual& imu) {
+        return with("Propagated", residual, imu_values("Propagated", &imu));
+      },
+      py::arg("residual"), py::arg("imu"),
+      "Propagated(residual, imu)\n\nA residual of one of the chaser's own sensors at an instant after a keyframe, to "
+      "which inertial measurements predict the state; `imu` is a PreintegratedImu from the keyframe to the instant. "
+      "States: pose, velocity (R3) [m/s] and biases (R6) at the keyframe.");
+  std::vector<std::string> calibrated = imu_members();
+  calibrated.insert(calibrated.begin(), "mount");
+  calibrated.insert(calibrated.end(), {"rate", "force"});
+  declare_own_sensors<MiscalibratedEgo>("MiscalibratedEgo", calibrated);
+  m.def(
+      "MiscalibratedEgo",
+      [](const FamilyResidual& residual, const py::object& mount, const FamilyResidual* imu, const py::object& rate,
+         const py::object& force) {
+        const auto given = [](const py::object& x) { return x.is_none() ? py::object() : x; };
+        std::vector<py::object> extras = imu_values("MiscalibratedEgo", imu);
+        extras.insert(extras.begin(), given(mount));
+        extras.insert(extras.end(), {given(rate), given(force)});
+        return with("MiscalibratedEgo", residual, extras);
+      },
+      py::arg("residual"), py::kw_only(), py::arg("mount") = py::none(), py::arg("imu") = py::none(),
+      py::arg("rate") = py::none(), py::arg("force") = py::none(),
+      "MiscalibratedEgo(residual, *, mount=identity, imu=None, rate=0, force=0)\n\nA residual of one of the chaser's "
+      "own sensors with bias, scale factor, misalignment on its mount (SO3) and delay. `imu` is a PreintegratedImu "
+      "from "
+      "the keyframe to the measurement, `rate` [rad/s] and `force` [m/s^2] are the body's motion there. States: pose, "
+      "velocity (R3), inertial biases (R6), bias, scale (R1), misalignment (SO3), delay (R1) [s].");
   declare_wrapped<SoftBound, TwistComponents<SE3, surge>>("SoftBound", "TwistComponents_surge", {"lower", "upper"});
   declare_wrapped<SoftBound, TwistComponents<SE3, yaw_rate>>("SoftBound", "TwistComponents_yaw_rate",
                                                              {"lower", "upper"});

@@ -136,6 +136,7 @@ POSE, OTHER = SE3.exp([0.1, 0.2, -0.1, 0.1, -0.2, 0.3]), SE3.exp([4.0, 1.0, 0.5,
 POINT, ZERO = R3([4.0, 1.0, 0.5]), R1([0.1])
 SAMPLES = np.array([[0.1 * k, 0.1, 0.2, 9.8, 0.01, -0.02, 0.03] for k in range(11)])
 NOISE = dict(accelerometer=1e-2, gyroscope=1e-3, accelerometer_bias_walk=1e-4, gyroscope_bias_walk=1e-5)
+IMU = tandem.preintegrate_imu(SAMPLES, **NOISE)[0]
 
 
 @pytest.mark.parametrize("residual, states", [
@@ -147,13 +148,24 @@ NOISE = dict(accelerometer=1e-2, gyroscope=1e-3, accelerometer_bias_walk=1e-4, g
     (tandem.Miscalibrated(tandem.UsblSpherical(3.0, 0.2, 0.1), before=1.0, after=1.0),
      [POSE, POSE.plus(np.full(6, -0.1)), POSE.plus(np.full(6, 0.1)), POINT, R3([3.9, 1.0, 0.5]), R3([4.1, 1.0, 0.5]),
       R3([0.1, 0.0, 0.1]), ZERO, tandem.SO3.exp([0.1, 0.0, 0.1]), R1([0.05])]),
+    (tandem.LogRange(2.0), [POSE, OTHER]),
+    (tandem.Propagated(tandem.Depth(1.0), IMU), [POSE, R3([1.0, 0.0, 0.0]), tandem.R6(np.full(6, 0.01))]),
+    (tandem.Propagated(tandem.DvlVelocity([1.0, 0.1, 0.0]), IMU),
+     [POSE, R3([1.0, 0.0, 0.0]), tandem.R6(np.full(6, 0.01))]),
+    (tandem.MiscalibratedEgo(tandem.DvlVelocity([1.0, 0.1, 0.0]), mount=tandem.SO3.exp([0.1, 0.2, 0.3]), imu=IMU,
+                             rate=[0.1, 0.0, 0.2], force=[0.1, 0.2, 9.8]),
+     [POSE, R3([1.0, 0.0, 0.0]), tandem.R6(np.full(6, 0.01)), R3([0.1, 0.2, 0.3]), ZERO, tandem.SO3.exp([0.1, 0.0, 0.1]),
+      R1([0.05])]),
+    (tandem.MiscalibratedEgo(tandem.Heading(tandem.SO3.exp([0.1, 0.0, 0.1]))),
+     [POSE, R3([1.0, 0.0, 0.0]), tandem.R6(np.full(6, 0.01)), R3([0.1, 0.2, 0.3]), ZERO, tandem.SO3.exp([0.1, 0.0, 0.1]),
+      R1([0.05])]),
     (tandem.SoftBound(tandem.Range(0.0), tandem.at_most(2.0)), [POSE, OTHER]),
     (tandem.SoftBound(tandem.TwistComponents(1.0, "surge"), (-np.inf, 1.0)), [POSE, OTHER]),
     (tandem.TwistKinematics(0.5), [POSE, tandem.R6([1, 0, 0, 0, 0, 0.1]), OTHER, tandem.R6([1.1, 0, 0, 0, 0, 0.1])]),
     (tandem.ActuatorLag([0.5, 0.9, 0.0]), [R3([1.0, 2.0, 3.0])] * 3),
     (tandem.InsideCone(0.5), [POSE, POINT]),
     (tandem.Visibility(range=5.0), [POSE, OTHER, ZERO]),
-    (tandem.preintegrate_imu(SAMPLES, **NOISE)[0],
+    (IMU,
      [POSE, R3([1.0, 0.0, 0.0]), tandem.R6(np.full(6, 0.01)), OTHER, R3([1.1, 0.1, -0.1]), tandem.R6(np.full(6, 0.02))]),
     (tandem.Prior(tandem.Bundle(POSE, POINT)), [tandem.Bundle(OTHER, R3([1.0, 2.0, 3.0]))]),
     (tandem.RelativePose(tandem.Bundle(POSE, OTHER)), [tandem.Bundle(OTHER, POSE), tandem.Bundle(POSE, POSE)]),
