@@ -36,6 +36,18 @@ std::string drifting(const std::vector<double>& sigmas, double time) {
   return fmt::format("{}:{:.3g}", numbers(sigmas), time);
 }
 
+/// Returns the time between the first and the last measurement [s].
+double length(const Scenario& scenario) {
+  auto [first, last] = scenario.navigation ? time_span(*scenario.navigation).value_or(std::pair(HUGE_VAL, -HUGE_VAL))
+                                           : std::pair(HUGE_VAL, -HUGE_VAL);
+  for (const TargetSensor& sensor : scenario.data.sensors)
+    for (const Measurement& m : sensor.measurements) {
+      first = std::min(first, m.t);
+      last = std::max(last, m.t);
+    }
+  return last - first;
+}
+
 /// Returns the times of validity, in order.
 std::vector<double> times_of(const TargetSensor& sensor) {
   std::vector<double> times;
@@ -168,9 +180,13 @@ class Proposals {
                                 ? fmt::format("residuals correlate for {:.2g} s", r.correlation_time)
                                 : fmt::format("residuals have a spread of {:.2g} standard deviations", r.spread);
     for (const double time : times(r)) add({{error, drifting(entry.sigmas, time)}}, "a drifting bias; " + why, 2);
-    if (r.mean > 0)
-      add({{error, numbers(entry.sigmas, 3)}}, fmt::format("a constant bias; residuals have a mean of {:.2g}", r.mean),
-          double(entry.sigmas.size()));
+    if (r.mean > 0) {
+      // Dead reckoning integrates a bias. If it were constant, the covariance would be too small after long gaps.
+      const bool drifts = !target_sensor(entry.name);
+      add({{error, drifts ? drifting(scaled(entry.sigmas, 3), length(scenario_)) : numbers(entry.sigmas, 3)}},
+          fmt::format("a {} bias; residuals have a mean of {:.2g}", drifts ? "slow" : "constant", r.mean),
+          double(entry.sigmas.size()) + double(drifts));
+    }
     for (const Constant& c : constants_of(entry)) add({{error + c.name, numbers({c.sigma})}}, c.why, c.parameters);
     if (r.spread < 1) split(entry, r);
   }
@@ -238,18 +254,6 @@ class Proposals {
   std::vector<CalibratedEntry> entries_;
   std::vector<ModelChange> changes_;
 };
-
-/// Returns the time between the first and the last measurement [s].
-double length(const Scenario& scenario) {
-  auto [first, last] = scenario.navigation ? time_span(*scenario.navigation).value_or(std::pair(HUGE_VAL, -HUGE_VAL))
-                                           : std::pair(HUGE_VAL, -HUGE_VAL);
-  for (const TargetSensor& sensor : scenario.data.sensors)
-    for (const Measurement& m : sensor.measurements) {
-      first = std::min(first, m.t);
-      last = std::max(last, m.t);
-    }
-  return last - first;
-}
 
 /// Returns the numbers before and after the colon of "1.5,0.02:10".
 std::pair<std::vector<double>, double> numbers_of(const std::string& text) {
