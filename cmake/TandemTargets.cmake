@@ -50,6 +50,7 @@ function(tandem_library name)
     set_target_properties(
       ${target} PROPERTIES POSITION_INDEPENDENT_CODE ON VERSION "${PROJECT_VERSION}"
                            SOVERSION "${PROJECT_VERSION_MAJOR}.${PROJECT_VERSION_MINOR}" INSTALL_RPATH "$ORIGIN"
+                           DEFINE_SYMBOL "" # shared and static libraries have the same objects in ccache
     )
   else()
     add_library(${target} INTERFACE)

@@ -111,7 +111,7 @@ class Vehicle(_Ready, VehicleModel):
     >>> state = tandem.VehicleState(tandem.SE3(), twist=[1.5, 0, 0, 0, 0, 0])
     >>> for _ in range(10):
     ...     state = remus.step(state, remus.upper * [1, 0, 0], 0.5)
-    >>> state.pose.translation[0] > 7
+    >>> print(state.pose.translation[0] > 7)
     True
     """
 
