@@ -2,6 +2,7 @@
 
 #include <tandem/lie/coefficients.hpp>
 #include <tandem/lie/rn.hpp>
+#include <tandem/lie/se2.hpp>
 #include <tandem/lie/sek3.hpp>
 
 namespace tandem {
@@ -13,7 +14,7 @@ namespace tandem {
 ///   bracket(λ)      matrix C with aᵀ C b = λᵀ [a, b], where Log(Exp(a) Exp(b)) = a + b + ½ [a, b] + …
 ///
 /// The corresponding Hessian of Log at X is −Jr⁻ᵀ hessian(v, Jr⁻ᵀ λ) Jr⁻¹, with v = Log(X) and Jr = Jr(v). Specialised
-/// for Rn, SO3 and SE_K(3).
+/// for Rn, SE2, SO3 and SE_K(3).
 template <LieGroup G>
 struct ExpCurvature;
 
@@ -21,6 +22,31 @@ template <int N>
 struct ExpCurvature<Rn<N>> {
   static Matrix<N, N> hessian(const Vector<N>&, const Vector<N>&) { return Matrix<N, N>::Zero(); }
   static Matrix<N, N> bracket(const Vector<N>&) { return Matrix<N, N>::Zero(); }
+};
+
+/// With λ = [a; m], the rows of Jrᵀ λ are Vᵀ a for ρ and aᵀ u + m for θ, where V = [A −θB; θB A] and u are blocks of Jr at
+/// angle −θ.
+template <class S>
+struct ExpCurvature<BasicSE2<S>> {
+  static Matrix<3, 3, S> hessian(const Vector<3, S>& v, const Vector<3, S>& lambda) {
+    const S x = v[0], y = v[1], theta = v[2], a = lambda[0], b = lambda[1];
+    const AngleCoefficients<S> k(theta * theta);
+    // Derivatives of A, θB, B and θC with respect to θ.
+    const S dC = -k.F, dB = k.E - 0.5 * k.C, square = theta * theta;
+    const S of_A = -2. * theta * (k.C + square * dC), of_tB = k.B + 2. * square * dB, of_B = 2. * theta * dB;
+    const S of_tC = k.C + 2. * square * dC;
+    Matrix<3, 3, S> H = Matrix<3, 3, S>::Zero();
+    H(0, 2) = H(2, 0) = 0.5 * (of_A * a - of_tB * b + theta * k.C * a + k.B * b);
+    H(1, 2) = H(2, 1) = 0.5 * (of_tB * a + of_A * b + theta * k.C * b - k.B * a);
+    H(2, 2) = a * (of_tC * x - of_B * y) + b * (of_tC * y + of_B * x);
+    return H;
+  }
+  static Matrix<3, 3, S> bracket(const Vector<3, S>& lambda) {
+    Matrix<3, 3, S> C = Matrix<3, 3, S>::Zero();
+    C(1, 2) = lambda[0], C(2, 1) = -lambda[0];
+    C(2, 0) = lambda[1], C(0, 2) = -lambda[1];
+    return C;
+  }
 };
 
 namespace detail {

@@ -20,7 +20,7 @@ class ExpCurvatureTest : public ::testing::Test {
   std::mt19937_64 random_{3};
   std::normal_distribution<double> normal_;
 };
-using Groups = ::testing::Types<SO3, SE3, SE23, R3>;
+using Groups = ::testing::Types<SO3, SE3, SE23, R3, SE2>;
 TYPED_TEST_SUITE(ExpCurvatureTest, Groups);
 
 /// Angles from 0, across the series threshold (0.5 rad), to beyond π.
