@@ -131,6 +131,9 @@ class NlpEvaluator {
   void exact_hessian(double factor, const Eigen::VectorXd& multipliers, Eigen::VectorXd& hessian);
   /// Sets `hessian` to the exact Hessian of f + multipliersᵀ c minus the Gauss-Newton Hessian of linearize().
   void curvature(const Eigen::VectorXd& multipliers, Eigen::VectorXd& hessian);
+  /// Returns whether the exact Hessian of f takes no longer than a few linearisations: all or most residuals implement
+  /// second derivatives, and the others are no calls to a scripting language.
+  bool has_cheap_curvature() const;
 
   /// Read and store the multipliers of the hard blocks (Problem::multipliers), one per row. Rows of soft bounds read as
   /// 0 and are not stored.

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include <tandem/problem/nlp_evaluator.hpp>
+#include <tandem/problem/soft_pool.hpp>
 
 // Construction of an NlpEvaluator: unknowns, patterns and the location of each block in the output.
 namespace tandem {
@@ -224,6 +225,20 @@ void NlpEvaluator::compile_tasks() {
     for (int l = 0; l <= num_tasks_ + 1; ++l)
       first_of_task_.push_back(static_cast<int>(std::lower_bound(task.begin(), task.end(), l) - task.begin()));
   }
+}
+
+bool NlpEvaluator::has_cheap_curvature() const {
+  constexpr long long kCheapEvaluations = 2;  // per block
+  long long blocks = 0, evaluations = 0;
+  for (std::size_t p = 0; p < costs_.size(); ++p) {
+    if (!costs_[p] || costs_[p]->size() == 0) continue;
+    const auto* const pool = dynamic_cast<const detail::SoftPool*>(costs_[p]);  // null for a marginal prior
+    const detail::ResidualType* const type = problem_.pools_[p].type;
+    if (!pool || (type && type->prepare)) return false;
+    blocks += pool->size();
+    evaluations += pool->num_curvature_evaluations();
+  }
+  return evaluations <= kCheapEvaluations * blocks;
 }
 
 }  // namespace tandem

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <memory>
+#include <numeric>
 #include <span>
 
 #include <tandem/problem/block_pool.hpp>
@@ -20,6 +21,11 @@ class SoftPool final : public BlockPool<WeightedPool> {
   }
   std::unique_ptr<SoftPoolBase> new_empty(const StoreMapping& mapping) const override;
   std::unique_ptr<HardPoolBase> bounded_rows() const override;
+  /// Returns the number of evaluations of single blocks for the finite differences of add_exact_hessian().
+  long long num_curvature_evaluations() const {
+    const ResidualFunctions& f = blocks_.functions();
+    return f.linear || f.curvature ? 0 : 2LL * size() * std::accumulate(f.dofs, f.dofs + f.arity, 0);
+  }
   double cost(const PoolPlacement& place, int begin, int end) const override;
   double accumulate(const PoolPlacement& place, int begin, int end, double* gradient, double* H) const override;
   void add_exact_hessian(const PoolPlacement& place, int begin, int end, Curvature wanted, double factor,

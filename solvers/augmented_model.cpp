@@ -255,9 +255,9 @@ void AugmentedModel::on_new_point() {
 
 /// Enables the exact Hessian of the Lagrangian while steps need strong damping. Far from feasible, multipliers and
 /// constraint curvature are large, and a few secant pairs cannot represent them.
-void AugmentedModel::choose_hessian(bool strongly_damped, bool undamped) {
-  strongly_damped_ = strongly_damped ? strongly_damped_ + 1 : 0;
-  undamped_ = undamped ? undamped_ + 1 : 0;
+void AugmentedModel::choose_hessian(const StepQuality& quality) {
+  strongly_damped_ = quality.strongly_damped ? strongly_damped_ + 1 : 0;
+  undamped_ = quality.undamped ? undamped_ + 1 : 0;
   if (!exact_ && strongly_damped_ > kHessianSteps) {
     exact_ = true;
     clear_curvature();

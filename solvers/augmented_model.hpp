@@ -56,7 +56,7 @@ class AugmentedModel final : public SoftModel {
   bool constrained() const override { return constrained_; }
   NlpEvaluator::Violation violation() const override { return violation_; }
   void begin() override;
-  void choose_hessian(bool strongly_damped, bool undamped) override;
+  void choose_hessian(const StepQuality& quality) override;
   bool reduce_curvature() override;
   void estimate_multipliers() override { term_.estimate(next_multipliers_); }
   void estimate_multipliers_at_step() override;

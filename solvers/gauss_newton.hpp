@@ -5,7 +5,8 @@
 namespace tandem {
 
 /// Levenberg–Marquardt method with a sparse Cholesky factorisation, for problems without hard constraints. Secant pairs
-/// of the last steps supply the curvature that Gauss-Newton neglects (solvers/secant.hpp).
+/// of the last steps supply the curvature that Gauss-Newton neglects (solvers/secant.hpp). If they do not suffice near a
+/// minimum, and most residuals implement second derivatives, steps use the exact Hessian.
 struct GaussNewtonOptions : LevenbergMarquardtOptions {};
 
 /// Returns the reason why this solver does not support the problem, or "". Throws Error if an option is invalid.

@@ -26,6 +26,9 @@ constexpr double kSecantBelow = 1e-2;  // Maximum relative decrease of the cost 
 constexpr double kOptimality = 1e-5;   // Tolerance on the first-order conditions [standard deviations].
 // Relative change of the merit function that may be rounding, as multipliers are large.
 constexpr double kMeritRounding = 1e-9;
+// A step is near a minimum if the predicted gain is below this fraction of the cost. There, a gain that exceeds the
+// prediction by this ratio shows that the model lacks second derivatives.
+constexpr double kNearMinimum = 0.05, kUnderestimate = 1.25;
 constexpr int kMaxPolishingSteps = 5;                // Polishing steps in which the first-order residual is not halved.
 constexpr double kStalledViolationRatio = 0.9;       // Ratio of the violations after and before a step.
 constexpr int kMaxRejected = 10, kManyRejected = 3;  // Rejected minus accepted steps.
@@ -62,7 +65,8 @@ class DampedSteps {
         model_.accept_multipliers();  // they refer to bounds that are not active at X̄
       }
       ++s.iterations;
-      model_.choose_hessian(damping_.value > kStrongDamping, undamped());
+      model_.choose_hessian({damping_.value > kStrongDamping, undamped(), std::exchange(underestimated_, false),
+                             std::exchange(rejected_near_minimum_, false)});
       if (!try_step() && damping_.value > kExcessiveDamping) end_without_progress();
     }
     if (s.status != Status::converged) model_.restore_best();
@@ -124,6 +128,10 @@ class DampedSteps {
       return handle_no_predicted_gain(merit, trial);  // at a solution, or strongly damped
     double ratio = (merit - trial) / predicted;
     const double min_gain = options_.cost_tolerance * s.cost;
+    if (predicted > min_gain && predicted <= kNearMinimum * merit) {
+      rejected_near_minimum_ = !(ratio > kMinAcceptanceRatio);
+      underestimated_ = ratio > kUnderestimate;
+    }
     if (!(ratio > kMinAcceptanceRatio)) {
       if (undamped() && model_.feasible()) {
         model_.estimate_multipliers_at_step();
@@ -301,6 +309,7 @@ class DampedSteps {
   SoftModel& model_;
   Damping damping_;
   bool last_step_good_ = true;
+  bool underestimated_ = false, rejected_near_minimum_ = false;  // SoftModel::StepQuality of the last step
   int polished_ = 0;
   int rejected_ = 0;  // rejected steps minus later accepted ones
   int jumps_ = 0;

@@ -59,6 +59,7 @@ BlockCholesky SoftModel::compile() {
 double SoftModel::linearize() {
   const Session::Timer timer(session_.summary.evaluation_seconds);
   ++session_.summary.evaluations;
+  use_exact_ = exact_is_current_ = false;
   hessian_is_current_ = false;
   const double cost = nlp_.linearize(gradient_, hessian_);
   hessian_is_current_ = true;
@@ -123,26 +124,49 @@ void SoftModel::damp(const Eigen::VectorXd& hessian, double damping, Eigen::Vect
       if (&hessian != &damped) damped.segment(begin, height * width) = hessian.segment(begin, height * width);
       const auto scale = scale_.segment(pattern.first[std::size_t(k)], width);
       const double least = std::min(damping, kLeastScale) * scale.maxCoeff();
+      // Second derivatives may reduce a diagonal entry below the curvature that the damping is relative to.
+      const auto curvature = [&](int i) { return std::max(damped[begin + i * (height + 1)], scale[i]); };
       double largest = 0;
-      for (int i = 0; i < width && !all_curved_; ++i) largest = std::max(largest, damped[begin + i * (height + 1)]);
+      for (int i = 0; i < width && !all_curved_; ++i) largest = std::max(largest, curvature(i));
       for (int i = 0; i < width; ++i) {
         double& d = damped[begin + i * (height + 1)];
-        d += damping_shift(damping, std::max(scale[i], least), all_curved_ ? 1.0 : d, all_curved_ ? 1.0 : largest);
+        d += damping_shift(damping, std::max(scale[i], least), all_curved_ ? 1.0 : curvature(i),
+                           all_curved_ ? 1.0 : largest);
       }
     }
   });
 }
 
-bool SoftModel::find_step(double damping) {
+/// Changes between the Hessians when the present one fails, as NL2SOL does (Dennis, Gay & Welsch 1981). In a long chain,
+/// each part has its own second derivatives, which a few secant pairs cannot represent. In a curved valley, the exact
+/// Hessian predicts worse.
+void SoftModel::choose_hessian(const StepQuality& quality) {
+  if ((quality.rejected || (quality.underestimated && !use_exact_)) && nlp_.has_cheap_curvature())
+    use_exact_ = !use_exact_;
+  if (!use_exact_ || exact_is_current_) return;
   restore_hessian();
+  const Session::Timer timer(session_.summary.evaluation_seconds);
+  exact_hessian_.resize(hessian_.size());
+  try {
+    nlp_.curvature({}, exact_hessian_);
+    exact_hessian_ += hessian_;
+    exact_is_current_ = true;
+  } catch (const UndefinedResidualError&) {  // a residual is undefined at a finite-difference point
+    use_exact_ = false;
+  }
+}
+
+bool SoftModel::find_step(double damping) {
+  if (!use_exact_) restore_hessian();
   const Session::Timer timer(session_.summary.linear_solver_seconds);
-  damp(hessian_, damping, hessian_);
+  damp(use_exact_ ? exact_hessian_ : hessian_, damping, hessian_);
   hessian_is_current_ = false;
   if (!cholesky_.factorize_in_place(hessian_)) return false;
   parts_.each([this](int, Eigen::Index begin, Eigen::Index size) {
     step_.segment(begin, size) = -gradient_.segment(begin, size);
   });
-  secant_.apply(step_, [&](Eigen::VectorXd& d) { cholesky_.solve(d); });
+  const auto solve = [&](Eigen::VectorXd& d) { cholesky_.solve(d); };
+  use_exact_ ? solve(step_) : secant_.apply(step_, solve);
   predicted_ = -0.5 * parts_.sum([this](Eigen::Index begin, Eigen::Index size) {  // because (H + D) p = −g
     return gradient_.segment(begin, size).dot(step_.segment(begin, size));
   });
@@ -164,7 +188,7 @@ double SoftModel::merit_at_step(bool with_derivatives) {
 }
 
 void SoftModel::move() {
-  hessian_is_current_ = false;
+  hessian_is_current_ = exact_is_current_ = false;
   nlp_.recenter();
   session_.summary.cost = trial_cost_;
 }

@@ -15,8 +15,9 @@ namespace tandem::detail {
 
 /// Merit function and step model of the damped steps without hard constraints.
 ///
-/// The merit function is the cost. Its Gauss-Newton model about X̄ is F + gᵀp + ½ pᵀHp, with the curvature of the
-/// secant pairs. The summary of the session has the cost at X̄; evaluations and their times are added to it.
+/// The merit function is the cost. Its model about X̄ is F + gᵀp + ½ pᵀHp. H is the Gauss-Newton Hessian with the
+/// curvature of the secant pairs or, if that predicts steps badly, the exact Hessian. The summary of the session has the
+/// cost at X̄; evaluations and their times are added to it.
 class SoftModel {
  public:
   SoftModel(NlpEvaluator& nlp, Session& session, const LevenbergMarquardtOptions& options,
@@ -65,8 +66,13 @@ class SoftModel {
   bool feasible() const { return violation().size <= kConstraintTolerance; }
   /// Called before the first step, once the initial guess is known to be finite.
   virtual void begin() {}
+  /// Quality of the last steps, for choose_hessian().
+  struct StepQuality {
+    bool strongly_damped, undamped;  ///< damping of the next step
+    bool underestimated, rejected;   ///< near a minimum: the last step gained more than predicted, or was rejected
+  };
   /// Called before each step: selects the Gauss-Newton or the exact Hessian.
-  virtual void choose_hessian(bool /*strongly_damped*/, bool /*undamped*/) {}
+  virtual void choose_hessian(const StepQuality& quality);
   /// Reduces the curvature beyond Gauss-Newton, finally to none. For a Hessian that is not positive definite. Returns
   /// false if there was none.
   virtual bool reduce_curvature() { return false; }
@@ -131,7 +137,9 @@ class SoftModel {
   Session& session_;
   ChunkedLoop parts_, blocks_;  // over the unknowns, and over the block columns of the Hessian
   Eigen::VectorXd gradient_, trial_gradient_;
-  Eigen::VectorXd hessian_;  // Hessian at X̄, or its factor, or the Hessian at the last trial point
+  Eigen::VectorXd hessian_;        // Gauss-Newton Hessian at X̄, or a factor, or that Hessian at the last trial point
+  Eigen::VectorXd exact_hessian_;  // exact Hessian at X̄; empty until it is used
+  bool use_exact_ = false, exact_is_current_ = false;
   bool hessian_is_current_ = false;
   Eigen::VectorXd last_gradient_;  // gradient at the previous X̄
   Eigen::VectorXd scale_;          // curvature of each unknown
