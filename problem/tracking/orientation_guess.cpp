@@ -97,7 +97,7 @@ std::vector<OrientationFix> consistent_fixes(const std::vector<OrientationFix>& 
 }
 
 std::vector<SO3> guess_orientations(const std::vector<Keyframe>& keyframes, const SmoothedTrack& track,
-                                    const std::vector<OrientationFix>& fixes, double near) {
+                                    const std::vector<OrientationFix>& fixes, double near, const HeadingAxes& axes) {
   const std::size_t n = keyframes.size();
   std::vector<std::optional<SO3>> known(n);
   bool in_gap = false, astern = false;
@@ -124,6 +124,14 @@ std::vector<SO3> guess_orientations(const std::vector<Keyframe>& keyframes, cons
     } else {
       found.push_back(along(track.position.back() - track.position.front()));
     }
+  }
+  for (std::size_t k = 0, end; k < n; k = end + 1) {
+    for (end = k; end < n && !known[end];) ++end;
+    if (end == k) continue;
+    const double from = heading(found[k > 0 ? k - 1 : k]), to = heading(found[std::min(end, n - 1)]);
+    const std::vector<double> headings = follow_axes(keyframes, track, axes, k, end, from, to);
+    for (std::size_t i = 0; i < headings.size(); ++i)
+      found[k + i] = SO3::Exp({0, 0, headings[i] - heading(found[k + i])}) * found[k + i];
   }
   return found;
 }

@@ -2,6 +2,7 @@
 
 #include <vector>
 
+#include <tandem/problem/tracking/heading_axes.hpp>
 #include <tandem/problem/tracking/keyframes.hpp>
 #include <tandem/problem/tracking/track_smoother.hpp>
 #include <tandem/problem/tracking/tracking_data.hpp>
@@ -34,9 +35,13 @@ SO3 along(const Vector<3>& velocity);
 /// 1. fixes within `near` [s];
 /// 2. the direction of travel, or its opposite if the nearest fixes show a target that goes astern. The speed must
 ///    exceed 4 standard deviations, because the direction of a slower velocity is noise;
-/// 3. interpolation between the nearest orientations of these kinds;
-/// 4. the direction from the first to the last position.
+/// 3. interpolation between the nearest orientations of these kinds, turned to the axes;
+/// 4. the direction from the first to the last position, turned to the axes.
+///
+/// Without the axes, a target that stands would start at a saddle: where its heading is across its acceleration, the
+/// cost is largest, and turns in both directions lower it.
 std::vector<SO3> guess_orientations(const std::vector<Keyframe>& keyframes, const SmoothedTrack& track,
-                                    const std::vector<OrientationFix>& fixes, double near);
+                                    const std::vector<OrientationFix>& fixes, double near,
+                                    const HeadingAxes& axes = {});
 
 }  // namespace tandem::detail

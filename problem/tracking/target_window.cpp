@@ -372,7 +372,7 @@ template <LieGroup G>
 std::vector<TargetState> TargetWindow<G>::initial_guess() const {
   std::vector<SE3> chaser;
   for (std::size_t k = 0; k < size(); ++k) chaser.push_back(this->chaser(k));
-  const TargetGuess guess = initial_target_guess(data_, out_.keyframes, chaser, options_.robust_initial_guess);
+  const TargetGuess guess = initial_target_guess(data_, out_.keyframes, chaser, options_);
   std::vector<TargetState> values;
   for (const SE3& pose : guess.pose) values.emplace_back(pose);
   return values;

@@ -75,13 +75,15 @@ SmoothedTrack track_from_bearings(const TrackingData& data, const std::vector<Ke
 }  // namespace
 
 TargetGuess initial_target_guess(const TrackingData& data, const std::vector<Keyframe>& keyframes,
-                                 const std::vector<SE3>& chaser, bool robust, const Stop& stop) {
+                                 const std::vector<SE3>& chaser, const TrackingOptions& options, const Stop& stop) {
+  const bool robust = options.robust_initial_guess;
   const auto measured = detail::measured_orientations(data, keyframes, chaser);
   const double near = kNearIntervals * data.keyframe_interval;
   const auto guess_from = [&](const SmoothedTrack& track) {
     stop.check("computing the initial guess");
     const auto orientations = detail::guess_orientations(
-        keyframes, track, robust ? detail::consistent_fixes(measured, keyframes, track, near) : measured, near);
+        keyframes, track, robust ? detail::consistent_fixes(measured, keyframes, track, near) : measured, near,
+        detail::heading_axes(keyframes, track, data.noise, options));
     TargetGuess guess;
     guess.velocity = track.velocity;
     for (std::size_t k = 0; k < keyframes.size(); ++k) guess.pose.emplace_back(orientations[k], track.position[k]);

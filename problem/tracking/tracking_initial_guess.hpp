@@ -4,6 +4,7 @@
 
 #include <tandem/problem/stop.hpp>
 #include <tandem/problem/tracking/outliers.hpp>
+#include <tandem/problem/tracking/tracking_problem.hpp>
 
 namespace tandem {
 
@@ -16,13 +17,14 @@ struct TargetGuess {
 
 /// Computes the initial guess from the measurements and the chaser's poses at the keyframes. Positions are smoothed at
 /// constant velocity. Orientations come from pose measurements nearby, or else from the direction of travel if it is
-/// significant (guess_orientations()). Without measured positions, the guess has the constant velocity that fits the
-/// bearings best. With only ranges, the target is at rest ahead of the chaser.
+/// significant, or else from the motion noise (guess_orientations()). Without measured positions, the guess has the
+/// constant velocity that fits the bearings best. With only ranges, the target is at rest ahead of the chaser.
 ///
-/// `robust` ignores outliers(), and orientations that disagree with their neighbours and the direction of travel, such
-/// as detections turned by 180°. Throws Stopped if `stop` requests it.
+/// TrackingOptions::robust_initial_guess ignores outliers(), and orientations that disagree with their neighbours and
+/// the direction of travel, such as detections turned by 180°. Throws Stopped if `stop` requests it.
 TargetGuess initial_target_guess(const TrackingData& data, const std::vector<Keyframe>& keyframes,
-                                 const std::vector<SE3>& chaser, bool robust = false, const Stop& stop = {});
+                                 const std::vector<SE3>& chaser, const TrackingOptions& options = {},
+                                 const Stop& stop = {});
 
 /// Fits a straight line at constant speed to the positions of a guess. The heading is along the line.
 TargetGuess straight_line_guess(const TargetGuess& guess, const std::vector<Keyframe>& keyframes);

@@ -151,7 +151,7 @@ template <LieGroup G>
 void build(const TrackingData& data, const TrackingOptions& options, const Stop& stop, TrackingProblem& out) {
   std::vector<SE3> odometry = odometry_at(data.odometry, out.keyframes);
   for (SE3& pose : odometry) pose = in_space(in_group<G>(pose));
-  TargetGuess guess = initial_target_guess(data, out.keyframes, odometry, options.robust_initial_guess, stop);
+  TargetGuess guess = initial_target_guess(data, out.keyframes, odometry, options, stop);
   out.outliers = guess.outliers;
   if (options.model == MotionModel::steady_course) guess = straight_line_guess(guess, out.keyframes);
   detail::TrackingBuild<G> build{data, options, out.problem, out, std::move(odometry), std::move(guess)};
