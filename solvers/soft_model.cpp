@@ -16,6 +16,7 @@ constexpr int kMinParallelBlocks = 1300;  // minimum number of blocks for parall
 // certain points, for example the curvature of a range across the line of sight. Without this scale, the unknown would
 // be undamped there.
 constexpr double kLeastScale = 1e-2;
+constexpr int kMaxRejections = 3;  // consecutive rejections of steps with the exact Hessian
 
 }  // namespace
 
@@ -141,8 +142,12 @@ void SoftModel::damp(const Eigen::VectorXd& hessian, double damping, Eigen::Vect
 /// each part has its own second derivatives, which a few secant pairs cannot represent. In a curved valley, the exact
 /// Hessian predicts worse.
 void SoftModel::choose_hessian(const StepQuality& quality) {
-  if ((quality.rejected || (quality.underestimated && !use_exact_)) && nlp_.has_cheap_curvature())
+  rejected_ = quality.rejected ? rejected_ + 1 : 0;
+  const bool failed = use_exact_ ? rejected_ > kMaxRejections : quality.rejected || quality.underestimated;
+  if (failed && nlp_.has_cheap_curvature()) {
     use_exact_ = !use_exact_;
+    rejected_ = 0;
+  }
   if (!use_exact_ || exact_is_current_) return;
   restore_hessian();
   const Session::Timer timer(session_.summary.evaluation_seconds);

@@ -140,6 +140,7 @@ class SoftModel {
   Eigen::VectorXd hessian_;        // Gauss-Newton Hessian at X̄, or a factor, or that Hessian at the last trial point
   Eigen::VectorXd exact_hessian_;  // exact Hessian at X̄; empty until it is used
   bool use_exact_ = false, exact_is_current_ = false;
+  int rejected_ = 0;  // consecutive steps
   bool hessian_is_current_ = false;
   Eigen::VectorXd last_gradient_;  // gradient at the previous X̄
   Eigen::VectorXd scale_;          // curvature of each unknown
