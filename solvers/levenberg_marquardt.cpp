@@ -27,8 +27,10 @@ constexpr double kOptimality = 1e-5;   // Tolerance on the first-order condition
 // Relative change of the merit function that may be rounding, as multipliers are large.
 constexpr double kMeritRounding = 1e-9;
 // A step is near a minimum if the predicted gain is below this fraction of the cost. There, a gain that exceeds the
-// prediction by this ratio shows that the model lacks second derivatives.
+// prediction by this ratio shows that the model lacks second derivatives. Solves that converge in a few such steps do
+// without them.
 constexpr double kNearMinimum = 0.05, kUnderestimate = 1.25;
+constexpr int kFewSteps = 6;
 constexpr int kMaxPolishingSteps = 5;                // Polishing steps in which the first-order residual is not halved.
 constexpr double kStalledViolationRatio = 0.9;       // Ratio of the violations after and before a step.
 constexpr int kMaxRejected = 10, kManyRejected = 3;  // Rejected minus accepted steps.
@@ -67,7 +69,11 @@ class DampedSteps {
       ++s.iterations;
       model_.choose_hessian({damping_.value > kStrongDamping, undamped(), std::exchange(underestimated_, false),
                              std::exchange(rejected_near_minimum_, false)});
-      if (!try_step() && damping_.value > kExcessiveDamping) end_without_progress();
+      if (try_step() || damping_.value <= kExcessiveDamping) continue;
+      if (model_.abandon_exact_hessian())
+        damping_ = fresh_damping();
+      else
+        end_without_progress();
     }
     if (s.status != Status::converged) model_.restore_best();
     if (s.status == Status::infeasible && !is_stationary_at_best()) {
@@ -128,7 +134,7 @@ class DampedSteps {
       return handle_no_predicted_gain(merit, trial);  // at a solution, or strongly damped
     double ratio = (merit - trial) / predicted;
     const double min_gain = options_.cost_tolerance * s.cost;
-    if (predicted > min_gain && predicted <= kNearMinimum * merit) {
+    if (predicted > min_gain && predicted <= kNearMinimum * merit && ++near_minimum_ > kFewSteps) {
       rejected_near_minimum_ = !(ratio > kMinAcceptanceRatio);
       underestimated_ = ratio > kUnderestimate;
     }
@@ -310,6 +316,7 @@ class DampedSteps {
   Damping damping_;
   bool last_step_good_ = true;
   bool underestimated_ = false, rejected_near_minimum_ = false;  // SoftModel::StepQuality of the last step
+  int near_minimum_ = 0;                                         // number of steps near a minimum
   int polished_ = 0;
   int rejected_ = 0;  // rejected steps minus later accepted ones
   int jumps_ = 0;

@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <limits>
 #include <optional>
+#include <utility>
 
 #include <tandem/lie/error.hpp>
 #include <tandem/problem/prefault.hpp>
@@ -16,7 +17,8 @@ constexpr int kMinParallelBlocks = 1300;  // minimum number of blocks for parall
 // certain points, for example the curvature of a range across the line of sight. Without this scale, the unknown would
 // be undamped there.
 constexpr double kLeastScale = 1e-2;
-constexpr int kMaxRejections = 3;  // consecutive rejections of steps with the exact Hessian
+// Consecutive steps with the exact Hessian that are rejected, and that are damped.
+constexpr int kMaxRejections = 3, kMaxDamped = 5;
 
 }  // namespace
 
@@ -143,8 +145,10 @@ void SoftModel::damp(const Eigen::VectorXd& hessian, double damping, Eigen::Vect
 /// Hessian predicts worse.
 void SoftModel::choose_hessian(const StepQuality& quality) {
   rejected_ = quality.rejected ? rejected_ + 1 : 0;
+  damped_ = use_exact_ && !quality.undamped ? damped_ + 1 : 0;
+  if (damped_ > kMaxDamped) abandon_exact_hessian();
   const bool failed = use_exact_ ? rejected_ > kMaxRejections : quality.rejected || quality.underestimated;
-  if (failed && nlp_.has_cheap_curvature()) {
+  if (failed && exact_allowed_ && nlp_.has_cheap_curvature()) {
     use_exact_ = !use_exact_;
     rejected_ = 0;
   }
@@ -159,6 +163,11 @@ void SoftModel::choose_hessian(const StepQuality& quality) {
   } catch (const UndefinedResidualError&) {  // a residual is undefined at a finite-difference point
     use_exact_ = false;
   }
+}
+
+bool SoftModel::abandon_exact_hessian() {
+  exact_allowed_ = false;
+  return std::exchange(use_exact_, false);
 }
 
 bool SoftModel::find_step(double damping) {

@@ -68,11 +68,14 @@ class SoftModel {
   virtual void begin() {}
   /// Quality of the last steps, for choose_hessian().
   struct StepQuality {
-    bool strongly_damped, undamped;  ///< damping of the next step
-    bool underestimated, rejected;   ///< near a minimum: the last step gained more than predicted, or was rejected
+    bool strongly_damped = false, undamped = false;  ///< damping of the next step
+    bool underestimated = false,
+         rejected = false;  ///< near a minimum: the last step gained more than predicted, or was rejected
   };
   /// Called before each step: selects the Gauss-Newton or the exact Hessian.
   virtual void choose_hessian(const StepQuality& quality);
+  /// Uses the Gauss-Newton Hessian from now on. Returns false if it was in use.
+  bool abandon_exact_hessian();
   /// Reduces the curvature beyond Gauss-Newton, finally to none. For a Hessian that is not positive definite. Returns
   /// false if there was none.
   virtual bool reduce_curvature() { return false; }
@@ -139,8 +142,8 @@ class SoftModel {
   Eigen::VectorXd gradient_, trial_gradient_;
   Eigen::VectorXd hessian_;        // Gauss-Newton Hessian at X̄, or a factor, or that Hessian at the last trial point
   Eigen::VectorXd exact_hessian_;  // exact Hessian at X̄; empty until it is used
-  bool use_exact_ = false, exact_is_current_ = false;
-  int rejected_ = 0;  // consecutive steps
+  bool exact_allowed_ = true, use_exact_ = false, exact_is_current_ = false;
+  int rejected_ = 0, damped_ = 0;  // consecutive steps
   bool hessian_is_current_ = false;
   Eigen::VectorXd last_gradient_;  // gradient at the previous X̄
   Eigen::VectorXd scale_;          // curvature of each unknown

@@ -106,14 +106,15 @@ TEST(AugmentedLagrangian, UsesTheExactHessianOnlyWhileStepsAreStronglyDamped) {
     EXPECT_TRUE(model.find_step(1e-5));
     return model.step();
   };
+  const detail::SoftModel::StepQuality damped{.strongly_damped = true}, undamped{.undamped = true}, neither{};
   const Eigen::VectorXd gauss_newton = step();
-  for (int k = 0; k < 3; ++k) model.choose_hessian(true, false);
-  model.choose_hessian(false, false);  // not consecutive
-  for (int k = 0; k < 3; ++k) model.choose_hessian(true, false);
+  for (int k = 0; k < 3; ++k) model.choose_hessian(damped);
+  model.choose_hessian(neither);  // not consecutive
+  for (int k = 0; k < 3; ++k) model.choose_hessian(damped);
   EXPECT_EQ(step(), gauss_newton);
-  model.choose_hessian(true, false);
+  model.choose_hessian(damped);
   EXPECT_GT((step() - gauss_newton).norm(), 0.1);
-  for (int k = 0; k < 4; ++k) model.choose_hessian(false, true);
+  for (int k = 0; k < 4; ++k) model.choose_hessian(undamped);
   EXPECT_EQ(step(), gauss_newton);
 }
 

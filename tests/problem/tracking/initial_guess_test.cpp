@@ -87,8 +87,8 @@ class TurnedDetections : public InitialGuess {
   /// Returns the largest orientation error of the initial guess [rad].
   double worst(bool robust) const {
     const auto keyframes = make_keyframes(data);
-    const TargetGuess guess = initial_target_guess(data, keyframes, odometry_at(data.odometry, keyframes),
-                                                {.robust_initial_guess = robust});
+    const TargetGuess guess =
+        initial_target_guess(data, keyframes, odometry_at(data.odometry, keyframes), {.robust_initial_guess = robust});
     double largest = 0;
     for (std::size_t k = 0; k < keyframes.size(); ++k) {
       const SO3 truth = run.target(keyframes[k].t).rotation();
