@@ -21,11 +21,10 @@ namespace {
 
 constexpr std::size_t kLongestLine = 4096;
 constexpr int kPollTimeout = 100;  // ms, after which a waiting feed checks whether to stop
-
-using Kind = FeedStream::Kind;
-
 constexpr double kMaxImuPeriod = 1, kMaxOdometryPeriod = 5;  // s
 const std::string kWrongClock = "time jumps away from all other streams";
+
+using Kind = FeedStream::Kind;
 
 std::vector<StreamClocks::Stream> clock_streams(const FeedStreams& streams) {
   const auto& all = streams.all();
