@@ -90,7 +90,9 @@ def measure_ferries(session):
 
 def measure_dives(session):
     def cells(folder, options):
-        result = session.json("navigate", folder, *options)
+        result = session.json("navigate", folder, *options, statuses=(0, 2))
+        if result["status"] != "converged":
+            return ["not converged", "–", "–", "–"]
         errors, outages = result["errors"]["all"], result.get("gps_outages") or []
         longest = max(outages, key=lambda outage: outage["to"] - outage["from"], default={})
         return [fixed(errors["position_mean_m"]), fixed(errors.get("orientation_mean_deg"), 2),
