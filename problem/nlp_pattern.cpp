@@ -7,7 +7,8 @@
 #include <tandem/problem/nlp_evaluator.hpp>
 #include <tandem/problem/soft_pool.hpp>
 
-// Construction of an NlpEvaluator: unknowns, patterns and the location of each block in the output.
+// Construction of an NlpEvaluator: unknowns, patterns, the location of each block in the output, and the effort of second
+// derivatives.
 namespace tandem {
 namespace {
 

@@ -69,8 +69,8 @@ class SoftModel {
   /// Quality of the last steps, for choose_hessian().
   struct StepQuality {
     bool strongly_damped = false, undamped = false;  ///< damping of the next step
-    bool underestimated = false,
-         rejected = false;  ///< near a minimum: the last step gained more than predicted, or was rejected
+    bool underestimated = false;                     ///< near a minimum, the last step gained more than predicted
+    bool rejected = false;                           ///< near a minimum, the last step was rejected
   };
   /// Called before each step: selects the Gauss-Newton or the exact Hessian.
   virtual void choose_hessian(const StepQuality& quality);

@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include <tandem/lie/wrapped_angle.hpp>
 #include <tandem/problem/planning/discretisation_error.hpp>
 
 namespace tandem {
@@ -12,7 +13,7 @@ constexpr double kPosition = 1e-4, kHeading = 1e-5;  // errors that count as zer
 
 double heading_difference(const SE3& a, const SE3& b) {
   const Matrix<3, 3> A = a.rotation().matrix(), B = b.rotation().matrix();
-  return std::abs(std::remainder(std::atan2(A(1, 0), A(0, 0)) - std::atan2(B(1, 0), B(0, 0)), 2.0 * M_PI));
+  return std::abs(wrapped_angle(std::atan2(A(1, 0), A(0, 0)) - std::atan2(B(1, 0), B(0, 0))));
 }
 
 template <int N>

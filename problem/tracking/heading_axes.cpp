@@ -2,6 +2,7 @@
 #include <cmath>
 #include <numbers>
 
+#include <tandem/lie/wrapped_angle.hpp>
 #include <tandem/problem/tracking/heading_axes.hpp>
 
 namespace tandem::detail {
@@ -10,8 +11,6 @@ namespace {
 constexpr double kMinTimes = 6;     // minimum length of an interval, in time constants of the sums
 constexpr double kMaxSpeeds = 1.5;  // maximum speed, in speeds at which following the axes costs as much as it gains
 constexpr double kFaint = 1e-3;  // weight of the strongest axis that each axis has at least, when a half turn is placed
-
-double wrapped(double angle) { return std::remainder(angle, 2 * std::numbers::pi); }
 
 }  // namespace
 
@@ -69,8 +68,8 @@ std::vector<double> follow_axes(const std::vector<Keyframe>& keyframes, const Sm
     headings[i] = heading += std::remainder(0.5 * std::arg(sum[i]) - heading, pi);
     weaknesses += weakness[i] = 1 / (std::abs(sum[i]) + kFaint * strongest);
   }
-  const double from_start = first > 0 ? wrapped(before - headings.front()) : 0.0;
-  const double from_end = end < keyframes.size() ? wrapped(after - headings.back()) : 0.0;
+  const double from_start = first > 0 ? wrapped_angle(before - headings.front()) : 0.0;
+  const double from_end = end < keyframes.size() ? wrapped_angle(after - headings.back()) : 0.0;
   const double half_turn = std::abs(from_end) > pi / 2 ? std::copysign(pi, from_end) : 0.0;
   double turned = 0;
   for (std::size_t i = 0; i < size; ++i) {

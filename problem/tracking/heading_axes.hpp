@@ -8,7 +8,7 @@
 
 namespace tandem::detail {
 
-/// What the motion model says about the heading of a target that hardly moves.
+/// Preferences of the motion model for the heading of a target that hardly moves.
 ///
 /// The model charges an acceleration a along body axes: ½ dt aᵀ R diag(1/σ²) Rᵀ a. If σ differs between surge and sway,
 /// the cost depends on the heading ψ as −|s| cos(2ψ − arg s). It is least if the axis of the larger σ lies along a. A
@@ -20,6 +20,7 @@ struct HeadingAxes {
   bool non_holonomic = false;
 };
 
+/// Returns the axes at the keyframes, from the accelerations and velocities of the smoothed track.
 HeadingAxes heading_axes(const std::vector<Keyframe>& keyframes, const SmoothedTrack& track, const TrackingNoise& noise,
                          const TrackingOptions& options);
 

@@ -75,6 +75,9 @@ FamilyResidual with(const std::string& wrapper, const FamilyResidual& inner, con
   return residual;
 }
 
+/// Returns null, for the default of a member, instead of None.
+py::object given(const py::object& x) { return x.is_none() ? py::object() : x; }
+
 py::object rows_of(const std::vector<double>& rows) {
   Numbers array(py::ssize_t(rows.size()));
   std::copy(rows.begin(), rows.end(), array.mutable_data());
@@ -115,7 +118,6 @@ void bind_wrapped_residuals(py::module_& m) {
       "Miscalibrated",
       [](const FamilyResidual& residual, const py::object& mount, const py::object& point, const py::object& before,
          const py::object& after, const py::object& later) {
-        const auto given = [](const py::object& x) { return x.is_none() ? py::object() : x; };
         return with("Miscalibrated", residual, {given(mount), given(point), before, after, given(later)});
       },
       py::arg("residual"), py::kw_only(), py::arg("mount") = py::none(), py::arg("point") = py::none(),
@@ -143,7 +145,6 @@ void bind_wrapped_residuals(py::module_& m) {
       "MiscalibratedEgo",
       [](const FamilyResidual& residual, const py::object& mount, const FamilyResidual* imu, const py::object& rate,
          const py::object& force) {
-        const auto given = [](const py::object& x) { return x.is_none() ? py::object() : x; };
         std::vector<py::object> extras = imu_values("MiscalibratedEgo", imu);
         extras.insert(extras.begin(), given(mount));
         extras.insert(extras.end(), {given(rate), given(force)});

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <map>
 #include <vector>
 
 #include <Eigen/Core>
@@ -49,28 +48,6 @@ class ActiveRows {
   std::vector<double> value_;
   Eigen::VectorXd weight_, root_;  // of each row of the NLP
   mutable Eigen::VectorXd residual_;
-};
-
-/// Blocks of S, the inverse of H on the null space of the active rows A, from a factor of M:
-///
-///   S ≈ M⁻¹ − M⁻¹ Aᵀ W A M⁻¹
-///
-/// This is one step of the method of multipliers. Relative to M⁻¹, the error is the square of the relative distance of
-/// M⁻¹ from S. The columns are kept for further blocks.
-class ConstrainedInverse {
- public:
-  /// Returns the rows and columns of S of these blocks of the factor, in this order.
-  Eigen::MatrixXd of(const BlockCholesky& factor, const ActiveRows& rows, const std::vector<int>& blocks);
-  /// Must be called when the factor or the rows have changed.
-  void clear() { *this = {}; }
-
- private:
-  void add(const BlockCholesky& factor, const ActiveRows& rows, const std::vector<int>& blocks);
-
-  std::map<int, int> first_column_;  // by block
-  std::vector<int> unknowns_;        // of each column
-  // M⁻¹ E and W^½ A M⁻¹ E, where E selects the unknowns, and Eᵀ S E
-  Eigen::MatrixXd inverse_, white_, selected_;
 };
 
 }  // namespace tandem::detail

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include <tandem/problem/problem.hpp>
-#include <tandem/solvers/fixed_lag/active_rows.hpp>
+#include <tandem/solvers/fixed_lag/constrained_inverse.hpp>
 #include <tandem/solvers/fixed_lag/covariance_extension.hpp>
 #include <tandem/solvers/fixed_lag/fixed_lag_options.hpp>
 #include <tandem/solvers/linear/block_cholesky.hpp>

@@ -4,13 +4,12 @@
 #include <type_traits>
 
 #include <tandem/lie/operations.hpp>
+#include <tandem/lie/wrapped_angle.hpp>
 #include <tandem/problem/tracking/planar.hpp>
 #include <tandem/solvers/heading_search/heading_starts.hpp>
 
 namespace tandem {
 namespace {
-
-double wrapped(double angle) { return std::remainder(angle, 2 * std::numbers::pi); }
 
 bool has_pose(const TargetVariable& x) {
   return std::holds_alternative<Variable<SE3>>(x) || std::holds_alternative<Variable<SE2>>(x);
@@ -96,7 +95,7 @@ std::vector<double> candidate_headings(const TrackingProblem& tracking, const He
   const bool first = gap.first > 0 && has_pose(tracking.target[before]);
   const bool last = gap.last < end && has_pose(tracking.target[after]);
   const double from = first ? heading_at(tracking, before) : last ? heading_at(tracking, after) : 0.0;
-  double turn = first && last ? wrapped(heading_at(tracking, after) - from) : 0.0;
+  double turn = first && last ? wrapped_angle(heading_at(tracking, after) - from) : 0.0;
   if (candidate == HeadingCandidate::longer_turn && first && last) turn -= std::copysign(2 * std::numbers::pi, turn);
   const double begin = tracking.keyframes[before].t, duration = tracking.keyframes[after].t - begin;
   for (std::size_t k = gap.first; k <= gap.last; ++k)
@@ -137,13 +136,13 @@ void set_headings(TrackingProblem& tracking, const HeadingGap& gap, const std::v
 
 double max_heading_difference(const std::vector<double>& a, const std::vector<double>& b) {
   double largest = 0;
-  for (std::size_t k = 0; k < a.size(); ++k) largest = std::max(largest, std::abs(wrapped(a[k] - b[k])));
+  for (std::size_t k = 0; k < a.size(); ++k) largest = std::max(largest, std::abs(wrapped_angle(a[k] - b[k])));
   return largest;
 }
 
 double fraction_aligned(const std::vector<double>& a, const std::vector<double>& b) {
   std::size_t alike = 0;
-  for (std::size_t k = 0; k < a.size(); ++k) alike += std::abs(wrapped(a[k] - b[k])) < 0.5 * std::numbers::pi;
+  for (std::size_t k = 0; k < a.size(); ++k) alike += std::abs(wrapped_angle(a[k] - b[k])) < 0.5 * std::numbers::pi;
   return double(alike) / double(a.size());
 }
 

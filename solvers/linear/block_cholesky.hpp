@@ -138,7 +138,7 @@ class BlockCholesky {
   [[gnu::always_inline]] void forward_top(int k, double* y) const;
   [[gnu::always_inline]] void forward_below(int begin, int end, int k, double* y) const;
   [[gnu::always_inline]] void backward_by(int k, double* y) const;
-  /// The same for eight columns of a row-major matrix with rows at a distance of `stride`.
+  /// Solves for eight columns of a row-major matrix with rows at a distance of `stride`.
   [[gnu::always_inline]] void backward_eight_by(int k, double* Y, std::ptrdiff_t stride) const;
 
   int n_ = 0, blocks_ = 0, failed_ = -1;

@@ -69,7 +69,7 @@ inline void BlockCholesky::backward_eight_by(int k, double* Y, std::ptrdiff_t st
     const double* column = P + std::ptrdiff_t(c) * m;
     double* x = X + c * stride;
     double sum[8];
-    detail::copy_eight(x, sum);
+    detail::copy(8, x, sum);
     for (int b = below_start_[std::size_t(k)]; b < below_start_[std::size_t(k) + 1]; ++b) {
       const Below& below = below_[std::size_t(b)];
       const double* source = Y + below.unknown * stride;
@@ -130,7 +130,7 @@ std::vector<int> BlockCholesky::ancestors_of(const std::vector<int>& blocks) con
 
 Eigen::MatrixXd BlockCholesky::inverse_of(const std::vector<int>& blocks) const {
   int n = 0;
-  for (const int block : blocks) n += size_[std::size_t(place_of_block_[std::size_t(block)])];
+  for (const int block : blocks) n += dofs(block);
   const std::vector<int> ancestry = ancestors_of(blocks);
   Eigen::MatrixXd S(n, n);
   Eigen::VectorXd x(n_);

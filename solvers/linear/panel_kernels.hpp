@@ -132,9 +132,6 @@ TANDEM_INLINED void subtract_dot_products(int m, int n_, const double* A, std::p
   });
 }
 
-TANDEM_INLINED void copy_eight(const double* from, double* to) {
-  for (int i = 0; i < 8; ++i) to[i] = from[i];
-}
 /// y −= a x for eight columns.
 TANDEM_INLINED void subtract_eight(double a, const double* __restrict x, double* __restrict y) {
   for (int i = 0; i < 8; ++i) y[i] -= a * x[i];

@@ -1,10 +1,10 @@
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
 #include <Eigen/LU>
 
 #include <tandem/lie/error.hpp>
+#include <tandem/lie/wrapped_angle.hpp>
 #include <tandem/residuals/ornstein_uhlenbeck.hpp>
 #include <tandem/solvers/online/motion_hypotheses.hpp>
 
@@ -51,8 +51,6 @@ double update_by(Vector<D>& x, Matrix<D, D>& P, const Matrix<N, D>& H, const Vec
 
 /// log(exp(a) + exp(b))
 double log_sum(double a, double b) { return std::max(a, b) + std::log1p(std::exp(-std::abs(a - b))); }
-
-double wrapped(double angle) { return std::remainder(angle, 2 * std::numbers::pi); }
 
 }  // namespace
 
@@ -197,7 +195,7 @@ void MotionHypotheses::update(Pair& pair, const TargetFix& fix) const {
   if (fix.heading) {
     Matrix<1, kDim> H = Matrix<1, kDim>::Zero();
     H[3] = 1;
-    by.template operator()<1>(f, H, Vector<1>(wrapped(*fix.heading - f.x[3])),
+    by.template operator()<1>(f, H, Vector<1>(wrapped_angle(*fix.heading - f.x[3])),
                               Matrix<1, 1>(fix.heading_sigma * fix.heading_sigma));
   }
   by_position(f);

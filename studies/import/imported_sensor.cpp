@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 
 #include <tandem/lie/error.hpp>
+#include <tandem/lie/wrapped_angle.hpp>
 #include <tandem/studies/import/imported_rotation.hpp>
 #include <tandem/studies/import/imported_sensor.hpp>
 
@@ -30,8 +31,6 @@ std::size_t width_of(ImportPart part) {
       return 3;
   }
 }
-
-double wrapped_angle(double a) { return std::remainder(a, 2 * kPi); }
 
 }  // namespace
 

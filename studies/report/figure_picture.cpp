@@ -9,6 +9,7 @@
 #include <tandem/studies/support/private_folder.hpp>
 
 namespace tandem {
+
 std::string draw_figure(const HtmlFigure& figure, PlotFormat format) {
   const PrivateFolder folder("figure");
   const std::filesystem::path script = folder.path() / "figure.gp";
