@@ -243,6 +243,10 @@ def measure_gtsam(session):
     return ["    scripts/gtsam_benchmark", "", *scripted(session, "scripts/gtsam_benchmark")]
 
 
+def measure_python(session):
+    return ["    scripts/python_benchmarks", "", *scripted(session, "scripts/python_benchmarks")]
+
+
 def measure_faults(session):
     command = ["scripts/fault_matrix", "--seconds", "60"]
     lines = scripted(session, *command, "--build", session.build, statuses=(0, 1))

@@ -76,7 +76,7 @@ class PlanProblem {
   const PlanOptions& options() const { return options_; }
   /// Returns the factor of the costs: CoupledEstimate::cost_weight, or 1 if not coupled.
   double cost_weight() const { return estimate_ ? estimate_->cost_weight : 1.0; }
-  const VehicleModel<N>& vehicle() const { return *vehicle_; }
+  const VehicleModel<N>& vehicle() const { return vehicle_; }
 
  private:
   using Twist = Variable<Rn<6>>;
@@ -95,7 +95,7 @@ class PlanProblem {
   void set_margins();
   void set_gains();
 
-  std::shared_ptr<const VehicleModel<N>> vehicle_;
+  VehicleModel<N> vehicle_;
   PlanOptions options_;
   std::optional<CoupledEstimate> estimate_;
   std::unique_ptr<Problem> own_;

@@ -41,7 +41,7 @@ PlanProblem<N>::PlanProblem(const VehicleModel<N>& vehicle, const PlanOptions& o
 template <int N>
 PlanProblem<N>::PlanProblem(const VehicleModel<N>& vehicle, const PlanOptions& options,
                             std::optional<CoupledEstimate> estimate, std::unique_ptr<Problem> own)
-    : vehicle_(std::make_shared<const VehicleModel<N>>(vehicle)),
+    : vehicle_(vehicle),
       options_(options),
       estimate_(std::move(estimate)),
       own_(std::move(own)),
@@ -105,7 +105,7 @@ void PlanProblem<N>::add_motion(int k) {
   hard_.back().push_back(detail::add_kinematics(problem_, dt, at(k), at(k + 1)));
   constrain(VehicleDynamics<N>(vehicle_, dt), equal_to(0),
             {chaser_[now], twist_[now], twist_[next], actuators_[now], command_[now], current_});
-  constrain(ActuatorLag<N>(vehicle_->lag, dt), equal_to(0), {actuators_[now], command_[now], actuators_[next]});
+  constrain(ActuatorLag<N>(vehicle_.lag, dt), equal_to(0), {actuators_[now], command_[now], actuators_[next]});
   if (estimate_)
     detail::add_target_motion(problem_, *estimate_, k == 0 ? estimate_->dt : dt, dt,
                               k == 0 ? estimate_->before : target_[now - 1], target_[now], target_[next]);
@@ -116,8 +116,8 @@ void PlanProblem<N>::add_costs(int k) {
   const std::size_t now = std::size_t(k), next = now + 1;
   const PlanOptions& o = options_;
   if (const auto gain = detail::add_goal(problem_, o, k + 1, cost_weight(), at(k + 1))) gain_.push_back(*gain);
-  const Vector<N> half = 0.5 * (vehicle_->upper - vehicle_->lower);
-  const Rn<N> neutral(Vector<N>(Vector<N>::Zero().cwiseMax(vehicle_->lower).cwiseMin(vehicle_->upper)));
+  const Vector<N> half = 0.5 * (vehicle_.upper - vehicle_.lower);
+  const Rn<N> neutral(Vector<N>(Vector<N>::Zero().cwiseMax(vehicle_.lower).cwiseMin(vehicle_.upper)));
   problem_.minimize(Prior<Rn<N>>{neutral}, cost(o.effort * half), {actuators_[next]});
   const auto& before = k == 0 ? actuators_[0] : command_[now - 1];  // the actuators hold the previous command
   problem_.minimize(RelativePose<Rn<N>>{}, cost(o.rate * half), {before, command_[now]});
@@ -125,7 +125,7 @@ void PlanProblem<N>::add_costs(int k) {
 
 template <int N>
 void PlanProblem<N>::add_bounds(int k) {
-  constrain(Prior<Rn<N>>{}, Bounds<N>{vehicle_->lower, vehicle_->upper}, {command_[std::size_t(k)]});
+  constrain(Prior<Rn<N>>{}, Bounds<N>{vehicle_.lower, vehicle_.upper}, {command_[std::size_t(k)]});
   detail::add_limits(problem_, options_, at(k + 1), margins_, hard_.back());
 }
 

@@ -3,6 +3,7 @@
 #include <tandem/residuals/vehicle/actuator_lag.hpp>
 #include <tandem/residuals/vehicle/inside_cone.hpp>
 #include <tandem/residuals/vehicle/twist_kinematics.hpp>
+#include <tandem/residuals/vehicle/vehicle_dynamics.hpp>
 #include <tandem/residuals/vehicle/visibility.hpp>
 
 #include "options.hpp"
@@ -89,9 +90,19 @@ void bind_dynamics(py::module_& m) {
   declare<TwistKinematics<SE3>>(m, "TwistKinematics", {"dt"}, 1,
                                 "TwistKinematics(dt)\n\nMotion by the mean of two body twists over dt [s]. States: "
                                 "pose, twist (R6), pose, twist.");
-  declare<ActuatorLag<3>>(m, "ActuatorLag", {"decay"}, 1,
-                          "ActuatorLag(decay)\n\nActuators that follow a command with a first-order lag; decay is "
-                          "exp(-dt / lag), shape (3,). States: actuators (R3), command, actuators after the step.");
+  declare<VehicleDynamics<3>, VehicleDynamics<8>>(
+      m, "VehicleDynamics",
+      {"mass", "linear", "quadratic", "lift", "weight", "buoyancy", "centre_of_mass", "centre_of_buoyancy", "thrust",
+       "fin", "dt", "mass_inverse", "start_weight"},
+      13,
+      "VehicleDynamics(mass, linear, quadratic, lift, weight, buoyancy, centre_of_mass, centre_of_buoyancy, thrust, "
+      "fin, dt, mass_inverse, start_weight)\n\nEquations of motion of a vehicle over dt [s], by the implicit midpoint "
+      "rule; Vehicle.dynamics() computes it from a vehicle. 6 rows [m/s, rad/s]. States: pose, twist (R6), twist after "
+      "the step, actuators (R3 or R8), command, current (R3, along the world axes) [m/s].");
+  declare<ActuatorLag<3>, ActuatorLag<8>>(
+      m, "ActuatorLag", {"decay"}, 1,
+      "ActuatorLag(decay)\n\nActuators that follow a command with a first-order lag; decay is exp(-dt / lag), shape "
+      "(3,) or (8,). States: actuators (R3 or R8), command, actuators after the step.");
   declare<InsideCone<SE3>, InsideCone<R3>>(
       m, "InsideCone", {"half_angle", "B", "beacon"}, 1,
       "InsideCone(half_angle, B=identity, beacon=0)\n\nPoint of a target in a cone [m]: at least 0 inside. `B` is the "

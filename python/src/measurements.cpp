@@ -10,7 +10,7 @@ namespace tandem::python {
 
 void bind_measurements(py::module_& m) {
   declare<Prior<SE3>, Prior<SE2>, Prior<SO3>, Prior<SO2>, Prior<SE23>, Prior<Rn<1>>, Prior<Rn<2>>, Prior<Rn<3>>,
-          Prior<Rn<4>>, Prior<Rn<5>>, Prior<Rn<6>>, Prior<Rn<9>>, Prior<Rn<12>>, Prior<Bundle<SE3, R3>>,
+          Prior<Rn<4>>, Prior<Rn<5>>, Prior<Rn<6>>, Prior<Rn<8>>, Prior<Rn<9>>, Prior<Rn<12>>, Prior<Bundle<SE3, R3>>,
           Prior<Bundle<SE3, Rn<6>>>, Prior<Bundle<SE3, SE3>>, Prior<Bundle<SE2, R3>>>(
       m, "Prior", {"z"}, 1, "Prior(z)\n\nMeasured value of a state: log(z^-1 X). States: any group.");
   declare<RelativePose<SE3>, RelativePose<SE2>, RelativePose<SO3>, RelativePose<SO2>, RelativePose<Rn<1>>,

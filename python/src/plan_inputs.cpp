@@ -9,13 +9,24 @@
 namespace tandem::python {
 namespace {
 
+void require_positive(double dt, const std::string& what) {
+  if (!(dt > 0)) throw BadInputError(what + ": dt is " + std::to_string(dt) + " s; it must be positive");
+}
+
 template <int N>
 PyVehicleState step(const VehicleModel<N>& model, const Vehicle& vehicle, const PyVehicleState& from,
                     const Eigen::VectorXd& command, double dt, const Vector<3>& current) {
-  if (!(dt > 0)) throw BadInputError("step: dt is " + std::to_string(dt) + " s; it must be positive");
+  require_positive(dt, "step");
   const VehicleState<N> to =
       VehicleStep<N>(model, dt)(with_idle<N>(from, vehicle), with_idle<N>(command, vehicle, "step"), current);
   return {to.pose, to.twist, to.actuators.head(Eigen::Index(vehicle.actuators.size()))};
+}
+
+/// Returns the residual of this name in Python with the members of `residual`.
+template <class R>
+py::object in_python(const char* name, R residual) {
+  const py::object make = py::module_::import("tandem._core").attr(name);
+  return std::apply([&](const auto&... members) { return make(members...); }, residual.fields());
 }
 
 TargetPrediction prediction_of(const Elements<SE3>& poses, py::handle twists, py::handle covariances) {
@@ -97,6 +108,28 @@ void bind_vehicle(py::module_& m) {
       py::arg("state"), py::arg("command"), py::arg("dt"), py::arg("current") = py::none(),
       "step(state, command, dt, current=(0, 0, 0))\n\nReturn the state after dt [s] with a constant command, in a "
       "water current [m/s] along the world axes.");
+  v.def(
+      "dynamics",
+      [](const Vehicle& vehicle, double dt) {
+        require_positive(dt, "dynamics");
+        return std::visit(
+            [&]<int N>(const VehicleModel<N>& model) {
+              return in_python("VehicleDynamics", VehicleDynamics<N>(model, dt));
+            },
+            vehicle.model);
+      },
+      py::arg("dt"),
+      "dynamics(dt)\n\nReturn the equations of motion over dt [s], a VehicleDynamics. The states of the actuators are "
+      "R3 for vehicles with at most three actuators, else R8.");
+  v.def(
+      "actuator_lag",
+      [](const Vehicle& vehicle, double dt) {
+        require_positive(dt, "actuator_lag");
+        return std::visit(
+            [&]<int N>(const VehicleModel<N>& model) { return in_python("ActuatorLag", ActuatorLag<N>(model.lag, dt)); },
+            vehicle.model);
+      },
+      py::arg("dt"), "actuator_lag(dt)\n\nReturn the lag of the actuators over dt [s], an ActuatorLag.");
   v.def("__repr__", [](const Vehicle& x) {
     return "<Vehicle " + x.name + ": " + std::to_string(x.actuators.size()) + " actuators>";
   });

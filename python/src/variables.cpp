@@ -38,7 +38,7 @@ std::map<std::string, VariableFunctions> functions_by_type() {
 
 const VariableFunctions& variable_functions(const Group& group) {
   static const auto all =
-      functions_by_type<SO2, SE2, SO3, SE3, SE23, Rn<1>, Rn<2>, Rn<3>, Rn<4>, Rn<5>, Rn<6>, Rn<9>, Rn<12>,
+      functions_by_type<SO2, SE2, SO3, SE3, SE23, Rn<1>, Rn<2>, Rn<3>, Rn<4>, Rn<5>, Rn<6>, Rn<8>, Rn<9>, Rn<12>,
                         Bundle<SE3, R3>, Bundle<SE3, Rn<6>>, Bundle<SE3, SE3>, Bundle<SE2, R3>>();
   return all.at(group.type->name());
 }

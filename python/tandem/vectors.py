@@ -7,7 +7,7 @@ import numpy as np
 from . import _core
 from .errors import BadInputError
 
-_CLASSES = {n: getattr(_core, f"R{n}") for n in (1, 2, 3, 4, 5, 6, 9, 12)}
+_CLASSES = {n: getattr(_core, f"R{n}") for n in range(1, 13) if hasattr(_core, f"R{n}")}
 
 
 def Rn(vector: Any) -> Any:

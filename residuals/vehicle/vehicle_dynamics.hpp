@@ -2,8 +2,7 @@
 
 #include <array>
 #include <cmath>
-#include <memory>
-#include <utility>
+#include <tuple>
 
 #include <Eigen/LU>
 
@@ -37,19 +36,23 @@ struct VehicleDynamics {
   using Actuators = Rn<N>;
   using States = std::tuple<SE3, Twist, Twist, Actuators, Actuators, R3>;
 
-  std::shared_ptr<const VehicleModel<N>> vehicle;
-  double dt;  ///< s, > 0
-  Matrix<6, 6> mass_inverse;
-  Vector<N> start_weight;  ///< β, weight of a0 in the mean actuator state
+  VehicleModel<N> vehicle;
+  double dt = 1.0;                                       ///< s, > 0
+  Matrix<6, 6> mass_inverse = Matrix<6, 6>::Identity();  ///< M⁻¹
+  Vector<N> start_weight = Vector<N>::Zero();            ///< β, weight of a0 in the mean actuator state
 
-  /// Copies the model.
+  VehicleDynamics() = default;
   VehicleDynamics(const VehicleModel<N>& model, double step)
-      : VehicleDynamics(std::make_shared<const VehicleModel<N>>(model), step) {}
-  /// Shares the model.
-  VehicleDynamics(std::shared_ptr<const VehicleModel<N>> model, double step)
-      : vehicle(std::move(model)), dt(step), mass_inverse(vehicle->mass.inverse()) {
+      : vehicle(model), dt(step), mass_inverse(vehicle.mass.inverse()) {
     for (int i = 0; i < N; ++i)
-      start_weight[i] = vehicle->lag[i] > 0 ? -std::expm1(-dt / vehicle->lag[i]) * vehicle->lag[i] / dt : 0.0;
+      start_weight[i] = vehicle.lag[i] > 0 ? -std::expm1(-dt / vehicle.lag[i]) * vehicle.lag[i] / dt : 0.0;
+  }
+
+  /// All numbers that the residual depends on. Limits and lags of the actuators are not among them.
+  auto fields() {
+    VehicleModel<N>& v = vehicle;
+    return std::tie(v.mass, v.linear, v.quadratic, v.lift, v.weight, v.buoyancy, v.centre_of_mass, v.centre_of_buoyancy,
+                    v.thrust, v.fin, dt, mass_inverse, start_weight);
   }
 
   template <Over<SE3> X, Over<Twist> W, Over<Actuators> A, Over<R3> V>
@@ -74,21 +77,21 @@ struct VehicleDynamics {
     nu.template head<3>() -= water;
     Vector6 speed;
     for (int i = 0; i < 6; ++i) speed[i] = sqrt(nu[i] * nu[i] + S(kSmoothSpeed * kSmoothSpeed));
-    const Square6 M = vehicle->mass.template cast<S>(), lift = vehicle->lift.template cast<S>();
+    const Square6 M = vehicle.mass.template cast<S>(), lift = vehicle.lift.template cast<S>();
     const Square6 by_mass = step * mass_inverse.template cast<S>();
     const Vector6 momentum = M * nu, lifted = lift * nu;
     const Vector3 p1 = momentum.template head<3>(), p2 = momentum.template tail<3>(), v = nu.template head<3>();
     const Vector<N, S> beta = start_weight.template cast<S>();
     const Vector<N, S> actuators =
         beta.cwiseProduct(a0.vector()) + (Vector<N, S>::Ones() - beta).cwiseProduct(u.vector());
-    const Matrix<6, N, S> fin = vehicle->fin.template cast<S>();
-    const Matrix<6, N, S> push = vehicle->thrust.template cast<S>() + (nu[0] * speed[0]) * fin;
-    const Vector3 lever = (vehicle->buoyancy * vehicle->centre_of_buoyancy - vehicle->weight * vehicle->centre_of_mass)
-                              .template cast<S>();
-    const S lightness(vehicle->buoyancy - vehicle->weight);
+    const Matrix<6, N, S> fin = vehicle.fin.template cast<S>();
+    const Matrix<6, N, S> push = vehicle.thrust.template cast<S>() + (nu[0] * speed[0]) * fin;
+    const Vector3 lever =
+        (vehicle.buoyancy * vehicle.centre_of_buoyancy - vehicle.weight * vehicle.centre_of_mass).template cast<S>();
+    const S lightness(vehicle.buoyancy - vehicle.weight);
 
-    Vector6 wrench = vehicle->linear.template cast<S>() * nu + speed[0] * lifted - push * actuators;
-    wrench += vehicle->quadratic.template cast<S>() * nu.cwiseProduct(speed);
+    Vector6 wrench = vehicle.linear.template cast<S>() * nu + speed[0] * lifted - push * actuators;
+    wrench += vehicle.quadratic.template cast<S>() * nu.cwiseProduct(speed);
     wrench.template head<3>() += omega.cross(p1) - lightness * up;
     wrench.template tail<3>() += v.cross(p1) + omega.cross(p2) - lever.cross(up);
     r = w1.vector() - w0.vector() + by_mass * wrench;
@@ -101,7 +104,7 @@ struct VehicleDynamics {
     if (!Jx0 && !Jw0 && !Jw1 && !Jc) return;
 
     // Derivatives with respect to ν: −ad(ν)ᵀ M, the derivative of its factor ad(ν), and damping.
-    Square6 by_nu = vehicle->linear.template cast<S>() + speed[0] * lift;
+    Square6 by_nu = vehicle.linear.template cast<S>() + speed[0] * lift;
     const Square3 omega_x = skew(omega), p1_x = skew(p1);
     by_nu.template topRows<3>() += omega_x * M.template topRows<3>();
     by_nu.template bottomRows<3>() += skew(v) * M.template topRows<3>() + omega_x * M.template bottomRows<3>();
@@ -109,7 +112,7 @@ struct VehicleDynamics {
     by_nu.template bottomLeftCorner<3, 3>() -= p1_x;
     by_nu.template bottomRightCorner<3, 3>() -= skew(p2);
     const Vector6 slope = nu.cwiseQuotient(speed);  // d|νᵢ|/dνᵢ
-    by_nu += vehicle->quadratic.template cast<S>() * (speed + nu.cwiseProduct(slope)).asDiagonal();
+    by_nu += vehicle.quadratic.template cast<S>() * (speed + nu.cwiseProduct(slope)).asDiagonal();
     by_nu.col(0) += slope[0] * lifted - (speed[0] + nu[0] * slope[0]) * (fin * actuators);
     by_nu = (by_mass * by_nu).eval();
 
@@ -165,11 +168,11 @@ void VehicleDynamics<N>::curvature(const SE3& x0, const Twist& w0, const Twist& 
   Matrix<6, 6> K = Matrix<6, 6>::Zero();  // Coriolis: νᵀ K M ν
   K.topLeftCorner<3, 3>() = K.bottomRightCorner<3, 3>() = -skew(y2);
   K.bottomLeftCorner<3, 3>() = -skew(y1);
-  const Matrix<6, 6> coriolis = K * vehicle->mass;
+  const Matrix<6, 6> coriolis = K * vehicle.mass;
   Matrix<6, 6> by_nu = coriolis + coriolis.transpose();
-  Vector<6> gradient = by_nu * nu + vehicle->linear.transpose() * y;
-  const Vector<6> lifted = vehicle->lift.transpose() * y, damped = vehicle->quadratic.transpose() * y;
-  const Vector<N> fins = vehicle->fin.transpose() * y;
+  Vector<6> gradient = by_nu * nu + vehicle.linear.transpose() * y;
+  const Vector<6> lifted = vehicle.lift.transpose() * y, damped = vehicle.quadratic.transpose() * y;
+  const Vector<N> fins = vehicle.fin.transpose() * y;
   const auto smooth = [&](int i) { return std::sqrt(nu[i] * nu[i] + kSmoothSpeed * kSmoothSpeed); };
   // νᵢ|νᵢ| has the derivatives |νᵢ| (1 + p²) and p (3 − p²), where p = νᵢ/|νᵢ| is the derivative of |νᵢ|.
   for (int i = 0; i < 6; ++i) {
@@ -188,9 +191,9 @@ void VehicleDynamics<N>::curvature(const SE3& x0, const Twist& w0, const Twist& 
 
   // Derivatives with respect to [ξ; ψ; current]: ν = ξ − [water; 0], where δwater = water × ψ + to_body δc + ½ ψ × (ψ ×
   // water) − ψ × to_body δc.
-  const Vec3 lever = vehicle->buoyancy * vehicle->centre_of_buoyancy - vehicle->weight * vehicle->centre_of_mass;
+  const Vec3 lever = vehicle.buoyancy * vehicle.centre_of_buoyancy - vehicle.weight * vehicle.centre_of_mass;
   const Vec3 by_water = s.cross(omega) - gradient.head<3>();
-  const Vec3 by_up = (vehicle->weight - vehicle->buoyancy) * y1 - y2.cross(lever);
+  const Vec3 by_up = (vehicle.weight - vehicle.buoyancy) * y1 - y2.cross(lever);
   const Vec3 by_turn = by_water.cross(water) + by_up.cross(up);
   Matrix<6, 12> nu_by = Matrix<6, 12>::Zero();
   nu_by.leftCols<6>().setIdentity();

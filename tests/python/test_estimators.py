@@ -158,6 +158,19 @@ def test_bad_input_of_online_estimators_is_one_sentence(call, error, message):
     assert "\n" not in str(raised.value)
 
 
+@pytest.mark.parametrize("name, Actuators", [("remus_100", tandem.R3), ("bluerov2_heavy", tandem.R8)])
+def test_residuals_of_a_vehicle_agree_with_its_step(name, Actuators):
+    vehicle, dt = tandem.Vehicle(name), 0.2
+    start = tandem.VehicleState(SE3(), [1.0, 0.1, 0.0, 0.0, 0.02, 0.1], 0.2 * vehicle.upper)
+    command, current = 0.5 * vehicle.upper, [0.1, -0.2, 0.0]
+    end = vehicle.step(start, command, dt, current)
+    twists = tandem.R6(start.twist), tandem.R6(end.twist)
+    actuators = [Actuators(a) for a in (start.actuators, command, end.actuators)]
+    assert np.abs(vehicle.dynamics(dt)(start.pose, *twists, *actuators[:2], tandem.R3(current))).max() < 1e-9
+    assert np.abs(vehicle.actuator_lag(dt)(*actuators)).max() < 1e-12
+    assert np.abs(tandem.TwistKinematics(dt)(start.pose, twists[0], end.pose, twists[1])).max() < 1e-9
+
+
 def remus_plan(**options):
     planner = tandem.Planner(tandem.Vehicle("remus_100"), steps=10, dt=1.0,
                              goal=SE3.exp([-6, 0, 0, 0, 0, 0]), **options)

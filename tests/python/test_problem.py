@@ -163,6 +163,13 @@ IMU = tandem.preintegrate_imu(SAMPLES, **NOISE)[0]
     (tandem.SoftBound(tandem.TwistComponents(1.0, "surge"), (-np.inf, 1.0)), [POSE, OTHER]),
     (tandem.TwistKinematics(0.5), [POSE, tandem.R6([1, 0, 0, 0, 0, 0.1]), OTHER, tandem.R6([1.1, 0, 0, 0, 0, 0.1])]),
     (tandem.ActuatorLag([0.5, 0.9, 0.0]), [R3([1.0, 2.0, 3.0])] * 3),
+    (tandem.Vehicle("bluerov2_heavy").actuator_lag(0.2), [tandem.R8(np.linspace(-1.0, 1.0, 8))] * 3),
+    (tandem.Vehicle("remus_100").dynamics(0.5), [
+        POSE, tandem.R6([1.5, 0.1, 0, 0, 0.1, 0.2]), tandem.R6([1.4, 0.1, 0.1, 0, 0.1, 0.1]), R3([0.8, 0.1, -0.1]),
+        R3([0.5, 0.1, 0.1]), R3([0.2, -0.1, 0.0])]),
+    (tandem.Vehicle("bluerov2_heavy").dynamics(0.2), [
+        POSE, tandem.R6([0.5, 0.1, 0, 0, 0.1, 0.2]), tandem.R6([0.4, 0.1, 0.1, 0, 0.1, 0.1]),
+        tandem.R8(np.linspace(-1.0, 1.0, 8)), tandem.R8(np.linspace(1.0, -1.0, 8)), R3([0.2, -0.1, 0.0])]),
     (tandem.InsideCone(0.5), [POSE, POINT]),
     (tandem.Visibility(range=5.0), [POSE, OTHER, ZERO]),
     (IMU,

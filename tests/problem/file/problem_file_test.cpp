@@ -185,14 +185,6 @@ TEST(ProblemFile, RejectsPointers) {
   EXPECT_EQ(read_file(file), "old content");
   EXPECT_THAT(files(scratch.path()), ElementsAre("problem.json"));
   EXPECT_EQ(problem.copy().num_soft_blocks(), 1) << "copy() supports pointers";
-
-  Problem moving;
-  VehicleModel<3> model;
-  const auto twist = moving.add(Rn<6>()), then = moving.add(Rn<6>());
-  const auto force = moving.add(Rn<3>()), command = moving.add(Rn<3>());
-  moving.subject_to(VehicleDynamics<3>(model, 0.1), equal_to(0.0),
-                    {moving.add(SE3()), twist, then, force, command, moving.add(R3())});
-  EXPECT_THAT([&] { problem_text(moving); }, ThrowsMessage<Error>(HasSubstr("vehicle dynamics of ")));
 }
 
 TEST(ProblemFile, RejectsNonfiniteNumbers) {
