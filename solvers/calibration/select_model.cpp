@@ -125,6 +125,13 @@ class GreedySearch {
     return worse ? ModelVerdict::inconsistent : ModelVerdict::kept;
   }
 
+  /// Returns whether the model after a change can be used. If not, makes the result invalid with the reason.
+  bool is_usable(Evaluated& one) const {
+    if (!options_.why_unusable) return true;
+    one.result.score.why = options_.why_unusable(changed(found_.settings, one.change));
+    return one.valid();
+  }
+
   void record(const Evaluated& one, ModelVerdict verdict) {
     const bool rejected = verdict != ModelVerdict::kept && verdict != ModelVerdict::removed;
     if (rejected && !recorded_.insert(one.change.settings).second) return;
@@ -179,7 +186,8 @@ class GreedySearch {
       std::vector<Evaluated> all = evaluate(some);
       std::stable_sort(all.begin(), all.end(), by_gain);
       for (std::size_t i = 0; i < all.size(); ++i) {
-        const ModelVerdict found = verdict(all[i]);
+        ModelVerdict found = verdict(all[i]);
+        if (found == ModelVerdict::kept && !is_usable(all[i])) found = ModelVerdict::impossible;
         record(all[i], found);
         if (found != ModelVerdict::kept) continue;
         for (std::size_t j = all.size(); j-- > i + 1;)
@@ -215,7 +223,7 @@ class GreedySearch {
       };
       if (is_worse(*best)) return removed;
       Evaluated full = std::move(evaluate({best->change}).front());
-      if (is_worse(full)) return removed;
+      if (is_worse(full) || !is_usable(full)) return removed;
       record(full, ModelVerdict::removed);
       keep(std::move(full));
       removed = true;
@@ -247,6 +255,8 @@ std::string_view name(ModelVerdict verdict) {
       return "inconsistent";
     case ModelVerdict::impossible:
       return "impossible";
+    case ModelVerdict::needed:
+      return "needed";
     case ModelVerdict::removed:
       return "removed";
   }

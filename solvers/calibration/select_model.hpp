@@ -34,7 +34,8 @@ enum class ModelVerdict {
   kept,
   not_better,    ///< the gain is within its standard error, or below the number of parameters
   inconsistent,  ///< it predicts better, but fewer held-out measurements are inside of their intervals
-  impossible,    ///< the problems cannot be built or solved
+  impossible,    ///< the problems cannot be built or solved, or ModelSelectionOptions::why_unusable gives a reason
+  needed,        ///< the caller's start has it, whatever it gains
   removed,       ///< an earlier change that the later ones make unnecessary
 };
 std::string_view name(ModelVerdict verdict);
@@ -56,6 +57,9 @@ struct ModelSelectionOptions {
   std::function<std::vector<ModelChange>(const ModelSettings& current)> propose{};
   /// Returns whether a model may be selected; by default, all may. Removals of changes are tested, too.
   std::function<bool(const ModelSettings& settings)> allowed{};
+  /// Returns why a model cannot be used although it predicts better, or an empty string. Called for models that would be
+  /// kept, with the settings of the whole model. By default, all can be used.
+  std::function<std::string(const ModelSettings& settings)> why_unusable{};
   /// Called after each evaluation with the number of models scored and the best gain so far.
   std::function<void(int models, double gain)> progress{};
 };

@@ -259,6 +259,7 @@ void CalibrationProblem::add_target(const Scenario& scenario, const TrackingOpti
     }
     if (m.block) blocks.push_back({entry, *m.block, 0, t});
     if (m.orientation) blocks.push_back({entry, *m.orientation, rotation, t});
+    if (!m.block && !m.innovation) ++num_gross_outliers;
   }
 }
 

@@ -62,6 +62,8 @@ class CalibrationProblem {
   double longest_without_fix = 0;
   /// Longest time between measured positions of the target, including the ends of the recording [s]; 0 without target.
   double longest_without_target_position = 0;
+  /// Number of the target's measurements that are left out as gross outliers, with TrackingOptions::robust_initial_guess.
+  std::size_t num_gross_outliers = 0;
   /// Sensors with systematic errors but without measurements.
   std::vector<std::string> without_measurements{};
 

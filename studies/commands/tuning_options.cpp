@@ -1,6 +1,6 @@
 #include <tandem/studies/commands/problem_options.hpp>
 #include <tandem/studies/commands/tuning_options.hpp>
-#include <tandem/studies/tuning/proposed_changes.hpp>
+#include <tandem/studies/tuning/model_settings.hpp>
 
 namespace tandem {
 namespace {

@@ -5,7 +5,7 @@
 #include <tandem/studies/report/plot_parts.hpp>
 #include <tandem/studies/report/plotly_library.hpp>
 #include <tandem/studies/report/tune_page.hpp>
-#include <tandem/studies/tuning/proposed_changes.hpp>
+#include <tandem/studies/tuning/model_settings.hpp>
 #include <tandem/studies/tuning/tune_report.hpp>
 
 namespace tandem {

@@ -18,9 +18,11 @@ constexpr double kTimes[] = {10, 40};  // correlation times [s], tried in additi
 constexpr double kDelay = 0.5, kScale = 0.05, kMisalignment = 0.05;  // σ of the priors of constants [s, 1, rad]
 constexpr double kWhiteShare = 0.5;     // share of σ that stays white noise if noise is split
 constexpr double kLeastVariance = 0.5;  // smallest variance of noise and bias together, relative to the stated noise
+constexpr double kSmaller = 0.71;       // √kLeastVariance, rounded up
 constexpr double kFactor = 2;           // ratio of the values that refinements try
 constexpr double kCheckedShare = 0.25;  // share of the measurements of the slower of two sensors at which both measure
 constexpr double kCheckedReach = 0.25;  // largest time between these measurements, relative to the smaller step
+constexpr double kLooser[] = {3, 10};   // ratios of larger to stated standard deviations of sway and heave
 constexpr std::size_t kFewest = 8;      // minimum number of measurements of a sensor to propose changes
 
 std::vector<double> scaled(std::vector<double> values, double factor) {
@@ -79,14 +81,21 @@ bool motion_is_checked(const std::vector<TargetSensor>& sensors) {
   return std::any_of(sensors.begin(), sensors.end(), [&](const TargetSensor& s) { return is_checked(s, sensors); });
 }
 
+std::vector<double> non_holonomic_sigmas(const Scenario& scenario) {
+  const Vector<2>& sigmas = scenario.data.noise.non_holonomic;
+  return {sigmas.data(), sigmas.data() + (scenario.data.planar ? 1 : 2)};
+}
+
 /// Residuals of all components of one sensor.
 struct SensorResiduals {
   double correlation_time = 0, mean = 0, spread = 0, down_weighted = 0;
+  std::vector<double> spreads;  // by component; 0 without residuals
   std::size_t count = 0;
 };
 
 SensorResiduals residuals_of(const CalibratedEntry& entry, const std::vector<Misfit>& residuals) {
   SensorResiduals all;
+  all.spreads.resize(entry.components.size());
   for (std::size_t c = 0; c < entry.components.size(); ++c)
     for (const Misfit& m : residuals) {
       if (m.parameter != entry.parameter(c) || m.value.empty()) continue;
@@ -94,6 +103,7 @@ SensorResiduals residuals_of(const CalibratedEntry& entry, const std::vector<Mis
       all.correlation_time = std::max(all.correlation_time, m.correlation_time());
       if (m.has_significant_mean()) all.mean = std::max(all.mean, std::abs(m.mean()));
       all.spread = std::max(all.spread, m.spread());
+      all.spreads[c] = std::max(all.spreads[c], m.spread());
       all.down_weighted =
           std::max(all.down_weighted, double(m.down_weighted) / double(m.down_weighted + m.value.size()));
     }
@@ -140,9 +150,19 @@ class Proposals {
       add({{"mode", "B"}}, "points at keyframes without a measured pose", 1);
     if (uses_triples(options_.model) && motion_is_checked(scenario_.data.sensors))
       add({{"horizons", "1,2,4"}}, "slower motion noise", 1);
-    add({{"non-holonomic", "soft"}}, "a target that moves forwards", 1);
+    non_holonomic();
     if (!scenario_.data.planar && options_.roll_pitch == Role::soft)
       add({{"roll-pitch", "off"}}, "a target that tilts", 1);
+  }
+
+  /// Proposes targets that move forwards. The stated standard deviation of sway and heave may be too small, because a
+  /// turning body has sway at all points but one.
+  void non_holonomic() {
+    add({{"non-holonomic", "soft"}}, "a target that moves forwards", 1);
+    const std::vector<double> stated = non_holonomic_sigmas(scenario_);
+    for (const double factor : kLooser)
+      add({{"non-holonomic", "soft"}, {"noise non_holonomic", numbers(stated, factor)}},
+          "a target that moves forwards, with some sway", 2);
   }
 
   bool is_checked(const CalibratedEntry& entry) const {
@@ -155,7 +175,18 @@ class Proposals {
     const SensorResiduals r = residuals_of(entry, residuals_);
     if (r.count < kFewest) return;
     losses(entry, r);
+    if (entry.kind == name(SensorType::pose)) smaller_noise(entry, r);
     if (is_checked(entry)) systematic_errors(entry, r);
+  }
+
+  /// Proposes the smallest noise that keeps_stated_noise() allows, for angles whose residuals suggest it. The course of
+  /// the target checks measured orientations. Nothing checks slow errors of the positions of a single sensor.
+  void smaller_noise(const CalibratedEntry& entry, const SensorResiduals& r) {
+    std::vector<double> sigmas = entry.sigmas;
+    for (std::size_t c = 0; c < sigmas.size(); ++c)
+      if (entry.angle[c] && r.spreads[c] > 0 && r.spreads[c] < kSmaller) sigmas[c] *= kSmaller;
+    if (sigmas != entry.sigmas)
+      add({{"noise " + entry.name, numbers(sigmas)}}, "smaller noise; residuals have a smaller spread", 1);
   }
 
   /// A constant systematic error.
@@ -204,7 +235,8 @@ class Proposals {
                                 ? fmt::format("heavy tails; {:.1f} % are down-weighted", 100 * r.down_weighted)
                                 : fmt::format("heavy tails; the spread is {:.2g}", r.spread);
     if (entry.kind == name(SensorType::pose)) {  // turned poses need --robust; a loss alone does not reject them
-      add({{"loss " + entry.name + ".orientation", "cauchy:2"}}, "turned orientations", 1);
+      if (!options_.robust_initial_guess)
+        add({{"loss " + entry.name + ".orientation", "cauchy:2"}}, "turned orientations", 1);
       return;
     }
     add({{"loss " + entry.name, "cauchy:2"}}, why, 1);
@@ -315,9 +347,11 @@ class Refinements {
 
   void noise(const CalibratedEntry& entry) {
     if (entry.name.ends_with(".error")) return;
-    const bool motion = entry.name == "constant_twist" || entry.name == "constant_velocity";
+    const bool sway = entry.name == "non_holonomic" && options_.non_holonomic == Role::soft;
+    const bool motion = sway || entry.name == "constant_twist" || entry.name == "constant_velocity";
     if (!entry.sensor && !motion) return;
-    if (motion && (entry.name == "constant_velocity") != (is_point_model(options_.model) || options_.mode == Mode::B))
+    if (motion && !sway &&
+        (entry.name == "constant_velocity") != (is_point_model(options_.model) || options_.mode == Mode::B))
       return;
     for (const double factor : {kFactor, 1 / kFactor})
       if (factor > 1 || !motion || less_motion_)
@@ -334,33 +368,6 @@ class Refinements {
 };
 
 }  // namespace
-
-std::vector<std::string> words_of(const ModelSettings& settings) {
-  std::vector<std::string> words;
-  for (const auto& [setting, value] : settings) {
-    const std::size_t space = setting.find(' ');
-    if (space != setting.npos)
-      words.push_back(fmt::format("--{}={}={}", setting.substr(0, space), setting.substr(space + 1), value));
-    else
-      words.push_back(value == "true" ? "--" + setting : fmt::format("--{}={}", setting, value));
-  }
-  return words;
-}
-
-std::string describe(const ModelSettings& settings) {
-  std::string text;
-  for (const auto& [setting, value] : settings) {
-    const std::size_t space = setting.find(' ');
-    if (!text.empty()) text += " ";
-    if (value.empty())
-      text += "without --" + setting;
-    else if (space != setting.npos)
-      text += fmt::format("--{} {}={}", setting.substr(0, space), setting.substr(space + 1), value);
-    else
-      text += value == "true" ? "--" + setting : fmt::format("--{} {}", setting, value);
-  }
-  return text;
-}
 
 std::vector<ModelChange> proposed_changes(const Scenario& scenario, const TrackingOptions& options,
                                           const std::vector<Misfit>& residuals) {

@@ -5,9 +5,11 @@
 #include <fmt/format.h>
 
 #include <tandem/lie/error.hpp>
+#include <tandem/problem/tracking/ego_track.hpp>
 #include <tandem/solvers/calibration/default_solve.hpp>
 #include <tandem/studies/calibration/scored_measurements.hpp>
 #include <tandem/studies/support/text.hpp>
+#include <tandem/studies/tuning/contradicting_measurements.hpp>
 #include <tandem/studies/tuning/proposed_changes.hpp>
 #include <tandem/studies/tuning/tune.hpp>
 
@@ -38,6 +40,16 @@ bool has_outliers(const std::vector<Misfit>& residuals) {
   });
 }
 
+/// Returns the first sensor with a tenth less measurements in `found` than in `before`, or an empty string.
+std::string sensor_with_less_data(const NavigationData& before, const NavigationData& found) {
+  const auto fewer = [](std::size_t now, std::size_t once) { return double(now) < 0.9 * double(once); };
+  if (before.imu && found.imu && fewer(found.imu->samples.size(), before.imu->samples.size())) return found.imu->name;
+  for (const EgoSensor& sensor : found.sensors)
+    for (const EgoSensor& other : before.sensors)
+      if (other.name == sensor.name && fewer(sensor.measurements.size(), other.measurements.size())) return sensor.name;
+  return "";
+}
+
 /// The problems of all recordings with the same settings.
 struct Recordings {
   CalibrationProblems problems;
@@ -53,8 +65,8 @@ class Tuner {
     const auto begin = std::chrono::steady_clock::now();
     Tuning result;
     for (const Scenario& scenario : scenarios_) result.scenarios.push_back(scenario.name);
-    result.start = options_.start;
-    Recordings first = solved_start(result.start);
+    result.given = result.start = options_.start;
+    Recordings first = solved_start(result);
     check_same_sensors(first);
     for (const auto& problem : first.problems) navigations_.push_back(problem->navigation);
     result.before = all_misfits(first);
@@ -73,6 +85,7 @@ class Tuner {
       result.selection.settings = result.start;
     } else {
       result.selection = search(result);
+      result.selection.steps.insert(result.selection.steps.begin(), result.needed.begin(), result.needed.end());
       Recordings found = solved(result.selection.settings, Stop());
       result.after = all_misfits(found);
       for (const CalibratedEntry& entry : found.problems.front()->entries)
@@ -109,22 +122,66 @@ class Tuner {
     return all;
   }
 
-  /// Solves the recordings with the given settings. If they cannot be solved, as with turned detections, starts with
-  /// robust losses instead, and adds them to `start`.
-  Recordings solved_start(ModelSettings& start) const {
+  /// Solves the recordings with the given settings. Adds robust losses to them if measurements contradict the others, or
+  /// if the recordings cannot be solved without. Held-out predictions do not show this need: a measurement that is
+  /// wrong by far moves the states near it, whose measurements are held out together with it.
+  Recordings solved_start(Tuning& result) const {
     const ModelChange robust{{{"robust", "true"}}, "", 1};
-    const bool allowed = !start.contains("robust") && !is_named(robust, options_.fixed) &&
+    const bool allowed = !result.start.contains("robust") && !is_named(robust, options_.fixed) &&
                          (options_.only.empty() || is_named(robust, options_.only)) &&
                          !scenarios_.front().data.sensors.empty();
-    if (!allowed) return solved(start, options_.stop);
+    if (!allowed) return solved(result.start, options_.stop);
+    const ModelSettings with_losses = tandem::changed(result.start, robust);
+    const auto needed = [&](Recordings recordings, std::string why) {
+      result.start = with_losses;
+      result.needed.push_back({robust, {}, ModelVerdict::needed, std::move(why)});
+      return recordings;
+    };
     try {
-      return solved(start, options_.stop);
+      Recordings all = solved(with_losses, options_.stop);
+      int count = 0;
+      for (const auto& problem : all.problems) count += count_contradicting_measurements(*problem);
+      if (count > 0) return needed(std::move(all), fmt::format("measurements that contradict the others: {}", count));
     } catch (const Stopped&) {
       throw;
-    } catch (const Error&) {
-      start["robust"] = "true";
-      return solved(start, options_.stop);
+    } catch (const Error&) {  // the options of the user exclude robust losses
     }
+    try {
+      return solved(result.start, options_.stop);
+    } catch (const Stopped&) {
+      throw;
+    } catch (const Error& error) {
+      return needed(solved(with_losses, options_.stop), error.what());
+    }
+  }
+
+  /// Returns why commands cannot use a model: from its own initial guess, it is not solved, or not with the same data.
+  /// Empty if they can.
+  std::string why_unusable(const ModelSettings& settings) const try {
+    for (std::size_t i = 0; i < scenarios_.size(); ++i) {
+      TunedProblem one = options_.apply(scenarios_[i], settings);
+      options_.stop.limit(one.own.solver);
+      one.own.covariance = false;
+      Summary summary;
+      if (scenarios_[i].data.sensors.empty()) {
+        const Navigation found = navigate(one.scenario.navigation.value(), one.own);
+        summary = found.summary;
+        if (const std::string sensor = sensor_with_less_data(navigations_[i]->data, found.data); !sensor.empty())
+          return fmt::format("{}: navigation from the initial guess rejects measurements of {}", scenarios_[i].name,
+                             sensor);
+      } else {
+        CalibrationProblem problem(one.scenario, one.target, one.own, options_.stop);
+        summary = detail::solve_with_default(problem.problem(), options_.stop);
+      }
+      options_.stop.check("tune");
+      if (!summary.converged())
+        return fmt::format("{} cannot be solved from the initial guess: {}", scenarios_[i].name, summary.message);
+    }
+    return "";
+  } catch (const Stopped&) {
+    throw;
+  } catch (const Error& error) {
+    return error.what();
   }
 
   std::vector<Misfit> all_misfits(const Recordings& recordings) const {
@@ -193,7 +250,7 @@ class Tuner {
       const TunedProblem one = options_.apply(scenarios_.front(), current);
       std::vector<ModelChange> changes = refined_changes(one.scenario, one.target, current);
       // The noise of data with outliers means little until the losses handle them.
-      if (current == tuning.start && has_outliers(tuning.before))
+      if (current == tuning.start && !current.contains("robust") && has_outliers(tuning.before))
         std::erase_if(changes,
                       [](const ModelChange& change) { return change.settings.begin()->first.starts_with("noise "); });
       select(changes);
@@ -207,6 +264,7 @@ class Tuner {
             return true;  // select_model() reports why the model cannot be built
           }
         };
+    options.why_unusable = [this](const ModelSettings& settings) { return why_unusable(settings); };
     if (options_.progress)
       options.progress = [&](int models, double gain) {
         options_.progress(fmt::format("{} models, gain {:+.1f}", models, gain));

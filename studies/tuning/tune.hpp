@@ -19,7 +19,7 @@ struct TunedProblem {
 };
 
 struct TuneOptions {
-  /// Applies settings (proposed_changes.hpp) to a scenario as it was read. Called from several threads.
+  /// Applies settings (model_settings.hpp) to a scenario as it was read. Called from several threads.
   std::function<TunedProblem(const Scenario& scenario, const ModelSettings& settings)> apply;
   ModelSettings start{};             ///< the settings that the user gives
   std::vector<std::string> only{};   ///< names of what may change: an option, a sensor, or both; empty: everything
@@ -37,12 +37,14 @@ struct Tuning {
   double ahead = 0;                     ///< time of predictions from earlier measurements only [s]; 0: none
   std::vector<ModelChange> candidates;  ///< proposed for the start
   ModelSelection selection;             ///< empty in a dry run
-  ModelSettings start;
+  ModelSettings given;                  ///< the settings of the user
+  ModelSettings start;                ///< the model from which the search starts; others than the given ones are needed
+  std::vector<ModelStep> needed;      ///< changes of the given settings without which the search does not start
   std::vector<Misfit> before, after;  ///< residuals by the first and by the selected model
   std::vector<NoiseEntry> noise;  ///< noise of the selected model without systematic errors, in the axes of the files
   double seconds = 0;
 
-  bool changed() const { return selection.settings != start; }
+  bool changed() const { return selection.settings != given; }
 };
 
 /// Finds the model of recordings of one system that predicts held-out measurements best, without truth: proposes

@@ -9,7 +9,7 @@
 #include <tandem/studies/support/csv.hpp>
 #include <tandem/studies/support/json_fields.hpp>
 #include <tandem/studies/support/text_table.hpp>
-#include <tandem/studies/tuning/proposed_changes.hpp>
+#include <tandem/studies/tuning/model_settings.hpp>
 #include <tandem/studies/tuning/tune_report.hpp>
 
 namespace tandem {
@@ -19,21 +19,22 @@ using Align = TextTable::Align;
 constexpr std::size_t kShownRejected = 5;
 
 bool is_in_model(const ModelStep& step) {
-  return step.verdict == ModelVerdict::kept || step.verdict == ModelVerdict::removed;
+  return step.verdict == ModelVerdict::kept || step.verdict == ModelVerdict::removed ||
+         step.verdict == ModelVerdict::needed;
 }
 
-/// Returns the settings that differ from the start.
+/// Returns the settings that differ from the given ones.
 ModelSettings difference(const Tuning& t) {
   ModelSettings changes;
   for (const auto& [setting, value] : t.selection.settings) {
-    const auto at = t.start.find(setting);
-    if (at == t.start.end() || at->second != value) changes[setting] = value;
+    const auto at = t.given.find(setting);
+    if (at == t.given.end() || at->second != value) changes[setting] = value;
   }
   return changes;
 }
 
 std::string gain_text(const ModelStep& step) {
-  return step.verdict == ModelVerdict::impossible
+  return step.verdict == ModelVerdict::impossible || step.verdict == ModelVerdict::needed
              ? "–"
              : fmt::format("{:+.1f} ± {:.1f}", step.gain.gain, step.gain.standard_error);
 }
@@ -66,7 +67,7 @@ CsvTable<ModelStep> step_columns() {
            [](const ModelStep& s) { return s.gain.gain; })
       .add("standard_error", "standard error of the gain, by blocks of time",
            [](const ModelStep& s) { return s.gain.standard_error; })
-      .add("verdict", "kept, removed, not better, inconsistent or impossible",
+      .add("verdict", "kept, removed, needed, not better, inconsistent or impossible",
            [](const ModelStep& s) { return std::string(name(s.verdict)); })
       .add("why", "what suggested the change, or why it is impossible",
            [](const ModelStep& s) { return s.why.empty() ? s.change.why : s.why; });
@@ -78,7 +79,7 @@ JsonFields<ModelStep> step_fields() {
       .add("change", "options of the command line", [](const ModelStep& s) { return describe(s.change.settings); })
       .add("gain", "gain in predictive log likelihood", [](const ModelStep& s) { return s.gain.gain; })
       .add("standard_error", "standard error of the gain", [](const ModelStep& s) { return s.gain.standard_error; })
-      .add("verdict", "kept, removed, not better, inconsistent or impossible",
+      .add("verdict", "kept, removed, needed, not better, inconsistent or impossible",
            [](const ModelStep& s) { return std::string(name(s.verdict)); })
       .add("why", "what suggested the change, or why it is impossible",
            [](const ModelStep& s) { return s.why.empty() ? s.change.why : s.why; });
@@ -120,6 +121,8 @@ std::string held_out_text(const Tuning& t) {
 std::string tuned_model(const Tuning& t) {
   const ModelSettings changes = difference(t);
   if (changes.empty()) return "The given model predicts best; nothing is changed.";
+  if (t.selection.settings == t.start)
+    return fmt::format("Needed: {}; no further change predicts better.", describe(changes));
   return fmt::format("Predicts best: {} (gain {:+.1f} ± {:.1f} in predictive log likelihood).", describe(changes),
                      t.selection.gain.gain, t.selection.gain.standard_error);
 }

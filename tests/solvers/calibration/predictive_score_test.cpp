@@ -225,6 +225,25 @@ TEST(SelectModel, KeepsTheSimplestModelOfWhiteData) {
   EXPECT_EQ(found.gain.gain, 0);
 }
 
+/// A model that predicts best is worth nothing to users whose commands cannot solve it.
+TEST(SelectModel, KeepsTheBestModelThatCanBeUsed) {
+  const TwoSensors data(2);
+  ModelSelectionOptions options;
+  options.score.block_length = 10;
+  options.why_unusable = [](const ModelSettings& settings) {
+    return settings.at("drift") == "2" ? std::string("not solved") : std::string();
+  };
+  const ModelSelection found = select_model([&](const ModelSettings& settings) { return data.build(settings); },
+                                            {{{{"drift", "2"}}, "", 1}, {{{"drift", "1"}}, "", 1}}, options);
+  EXPECT_EQ(found.settings, (ModelSettings{{"drift", "1"}}));
+  const auto unusable =
+      std::find_if(found.steps.begin(), found.steps.end(), [](const ModelStep& step) { return !step.why.empty(); });
+  ASSERT_NE(unusable, found.steps.end());
+  EXPECT_EQ(unusable->change.settings, (ModelSettings{{"drift", "2"}}));
+  EXPECT_EQ(unusable->verdict, ModelVerdict::impossible);
+  EXPECT_EQ(unusable->why, "not solved");
+}
+
 TEST(SelectModel, DoesNotDependOnTheNumberOfThreads) {
   const ModelSelection several = selected(2);
   const ThreadLimit one(1);

@@ -1,4 +1,6 @@
 #include <filesystem>
+#include <fstream>
+#include <sstream>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -93,6 +95,28 @@ TEST(TuneReport, TellsThatTheSearchWasStopped) {
   EXPECT_THAT(tune_report(tuning, false), Not(HasSubstr("--time")));
   tuning.selection.cut_short = true;
   EXPECT_THAT(tune_report(tuning, false), HasSubstr("more time (--time) may find a better model"));
+}
+
+/// A turned detection at the end moves only the states near it. Held-out predictions do not show it.
+TEST_F(TuneCommand, StartsWithRobustLossesIfMeasurementsContradictTheOthers) {
+  const std::filesystem::path longer = scratch_.path() / "longer", file = longer / "optical.csv";
+  ASSERT_EQ(run_tandem({"simulate", "docking", "--seed", "3", "--minutes", "3", "--out", longer.string()}).status, 0);
+  const std::string text = read_file(file);
+  std::vector<std::string> fields;  // of the last line
+  const std::size_t begin = text.rfind('\n', text.size() - 2) + 1;
+  std::istringstream last(text.substr(begin));
+  for (std::string field; std::getline(last, field, ',');) fields.push_back(field);
+  ASSERT_EQ(fields.size(), 8u);
+  const auto turned = [&](double sign, std::size_t field) { return std::to_string(sign * std::stod(fields[field])); };
+  std::ofstream(file) << text.substr(0, begin) << fields[0] << ',' << fields[1] << ',' << fields[2] << ',' << fields[3]
+                      << ',' << turned(1, 5) << ',' << turned(-1, 4) << ',' << turned(1, 7) << ',' << turned(-1, 6)
+                      << '\n';  // q ⊗ (0, 0, 1, 0)
+  const Outcome outcome = run_tandem({"tune", longer.string(), "--only", "robust,mode", "--out", out(), "--json"});
+  ASSERT_EQ(outcome.status, 0) << outcome.errors;
+  const auto step = nlohmann::json::parse(outcome.output)["steps"][0];
+  EXPECT_EQ(step["change"], "--robust");
+  EXPECT_EQ(step["verdict"], "needed");
+  EXPECT_THAT(read_file(out() + "/run.yaml"), HasSubstr("robust: true"));
 }
 
 TEST_F(TuneCommand, EstimatesWithTheTunedModel) {

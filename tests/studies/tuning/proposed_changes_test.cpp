@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <tandem/studies/tuning/model_settings.hpp>
 #include <tandem/studies/tuning/proposed_changes.hpp>
 
 namespace tandem {
@@ -84,6 +85,48 @@ TEST(ProposedChanges, HaveNoSystematicErrorsBesideASensorWithoutMeasurements) {
 TEST(ProposedChanges, HaveNoSystematicErrorsOfLoneSensors) {
   for (const std::string& text : texts(proposed_changes(two_sensors(0.5), {}, residuals(true))))
     EXPECT_EQ(text.find("--error"), text.npos) << text;
+}
+
+TEST(ProposedChanges, HaveTargetsThatMoveForwardsWithSomeSway) {
+  const auto proposed = texts(proposed_changes(two_sensors(0.1), {}, residuals(false)));
+  EXPECT_THAT(proposed, Contains("--non-holonomic soft"));
+  EXPECT_THAT(proposed, Contains("--noise non_holonomic=0.5 --non-holonomic soft"));
+  EXPECT_THAT(texts(refined_changes(two_sensors(0.1), {}, {})), Not(Contains(HasSubstr("non_holonomic"))));
+  TrackingOptions options;
+  options.non_holonomic = Role::soft;
+  EXPECT_THAT(texts(refined_changes(two_sensors(0.1), options, {})), Contains("--noise non_holonomic=0.1"));
+}
+
+/// The course of the target checks measured orientations, so their stated noise may be too large.
+TEST(ProposedChanges, HaveSmallerNoiseOfOrientationsIfTheirResidualsAreSmall) {
+  Scenario scenario = two_sensors(0.5);
+  TargetSensor& camera = scenario.data.sensors[0];
+  camera.type = SensorType::pose;
+  camera.sigma = Vector<3>(0.3, 0.3, 0.05);
+  const auto proposed = [&](double angle) {
+    std::vector<Misfit> all;
+    for (const auto& [parameter, size] : {std::pair{"lidar.x", 0.1}, {"lidar.y", 0.1}, {"lidar.yaw", angle}}) {
+      Misfit& m = all.emplace_back();
+      m.parameter = parameter;
+      for (int i = 0; i < 50; ++i) m.add(i, i % 2 == 0 ? size : -size);
+    }
+    return texts(proposed_changes(scenario, {}, all));
+  };
+  EXPECT_THAT(proposed(0.3), Contains("--noise lidar=0.3,0.3,0.0355"));
+  EXPECT_THAT(proposed(1), Not(Contains(HasSubstr("--noise lidar"))));
+}
+
+TEST(ProposedChanges, LeaveTurnedPosesToRobustLosses) {
+  Scenario scenario = two_sensors(0.5);
+  scenario.data.sensors[0].type = SensorType::pose;
+  scenario.data.sensors[0].sigma = Vector<3>(0.3, 0.3, 0.05);
+  std::vector<Misfit> all = residuals(false);
+  for (Misfit& m : all)
+    if (m.parameter == "lidar.range") m.parameter = "lidar.x";
+  TrackingOptions options;
+  EXPECT_THAT(texts(proposed_changes(scenario, options, all)), Contains("--loss lidar.orientation=cauchy:2"));
+  make_robust(options);
+  EXPECT_THAT(texts(proposed_changes(scenario, options, all)), Not(Contains(HasSubstr("orientation"))));
 }
 
 TEST(RefinedChanges, DoubleAndHalveErrorsTimesAndNoise) {

@@ -1,0 +1,41 @@
+#include <algorithm>
+#include <map>
+#include <utility>
+
+#include <Eigen/Cholesky>
+
+#include <tandem/problem/quantile.hpp>
+#include <tandem/studies/tuning/contradicting_measurements.hpp>
+
+namespace tandem {
+namespace {
+
+constexpr double kContradictingSigmas = 10;  // as for outliers()
+
+/// Returns the median of χ² (Wilson & Hilferty 1931).
+double median_of_chi_square(int dofs) {
+  const double root = 1 - 2.0 / (9.0 * dofs);
+  return dofs * root * root * root;
+}
+
+}  // namespace
+
+int count_contradicting_measurements(CalibrationProblem& built) {
+  Problem& problem = built.problem();
+  std::map<std::pair<std::size_t, int>, std::vector<double>> squares;  // by entry and rows
+  for (const EntryBlock& b : built.blocks) {
+    if (!b.measured_at || problem.loss(b.block).kind == Loss::Kind::none) continue;
+    const Eigen::VectorXd residual = problem.linearization(b.block).residual;
+    const double square = residual.dot(problem.noise(b.block).covariance_matrix().llt().solve(residual));
+    squares[{b.entry, static_cast<int>(residual.size())}].push_back(square);
+  }
+  auto count = static_cast<std::ptrdiff_t>(built.num_gross_outliers);
+  for (const auto& [entry, values] : squares) {
+    const double scale = std::max(1.0, detail::median(values) / median_of_chi_square(entry.second));
+    count += std::count_if(values.begin(), values.end(),
+                           [&](double square) { return square > scale * kContradictingSigmas * kContradictingSigmas; });
+  }
+  return static_cast<int>(count);
+}
+
+}  // namespace tandem
