@@ -1,5 +1,7 @@
 #pragma once
 
+#include <array>
+
 #include <tandem/lie/dual.hpp>
 #include <tandem/lie/se2.hpp>
 #include <tandem/lie/sek3.hpp>
@@ -33,9 +35,11 @@ class DualGroup {
     y.D_.setZero();
     for (int i = 0; i < dof; ++i) y.D_(i, first + i) = 1.0;
     y.constant_ = false;
+    y.first_ = first;
     return y;
   }
   const G& value() const { return x_; }
+  bool is_constant() const { return constant_; }
 
   static Derived identity() { return {}; }
   static Derived Exp(const Tangent& v) {
@@ -50,7 +54,7 @@ class DualGroup {
     const typename G::Tangent v = x_.Log();
     if (constant_) return v.template cast<Scalar>();
     Derivatives d;
-    apply(G::Jr_inverse(v), rows(), d);
+    apply(G::Jr_inverse(v), d);
     Tangent dual;
     for (int i = 0; i < dof; ++i) dual[i] = {v[i], d.row(i).transpose()};
     return dual;
@@ -59,7 +63,7 @@ class DualGroup {
     Derived y(x_.inverse());
     if (constant_) return y;
     y.constant_ = false;
-    apply(typename G::Jacobian(-x_.Ad()), rows(), y.D_);
+    apply(-x_.Ad(), y.D_);
     return y;
   }
   Derived operator*(const Derived& y) const {
@@ -67,24 +71,34 @@ class DualGroup {
     z.constant_ = constant_ && y.constant_;
     if (constant_) {
       z.D_ = y.D_;
+      z.first_ = y.first_;
     } else {
-      apply(y.x_.inverse().Ad(), rows(), z.D_);
+      apply(y.x_.inverse().Ad(), z.D_);
       if (!y.constant_) z.D_ += y.D_;
     }
     return z;
   }
   Point act(const Point& p) const {
     const Vector<point_dim> value = values(p), moved = x_.act(value);
-    const Matrix<point_dim, dof> by_x = x_.act_jacobian(value);
+    // dq = by_p (dp + by_x D dε), where by_x is the derivative of Exp(δ) p. Its zeros save most products.
+    const Matrix<point_dim, dof> by_x = G::identity().act_jacobian(value);
     const Matrix<point_dim, point_dim> by_p = x_.act_point_jacobian();
+    std::array<Partials, point_dim> inner;
+    for (int i = 0; i < point_dim; ++i) {
+      inner[i] = p[i].v;
+      if (constant_) continue;
+      if (first_ >= 0) {
+        inner[i].template segment<dof>(first_) += by_x.row(i).transpose().array();
+        continue;
+      }
+      for (int j = 0; j < dof; ++j)
+        if (by_x(i, j) != 0.0) inner[i] += by_x(i, j) * D_.row(j).transpose();
+    }
     Point q;
     for (int i = 0; i < point_dim; ++i) {
       q[i].a = moved[i];
-      q[i].v = by_p(i, 0) * p[0].v;
-      for (int j = 1; j < point_dim; ++j) q[i].v += by_p(i, j) * p[j].v;
-      if (constant_) continue;
-      for (int j = 0; j < dof; ++j)
-        if (by_x(i, j) != 0.0) q[i].v += by_x(i, j) * D_.row(j).transpose();
+      q[i].v = by_p(i, 0) * inner[0];
+      for (int j = 1; j < point_dim; ++j) q[i].v += by_p(i, j) * inner[j];
     }
     return q;
   }
@@ -119,8 +133,15 @@ class DualGroup {
   static auto values(const M& m) {
     return m.unaryExpr([](const Scalar& x) { return x.a; }).eval();
   }
-  auto rows() const {
-    return [this](int j) { return D_.row(j); };
+  /// Sets out = A D.
+  void apply(const typename G::Jacobian& A, Derivatives& out) const {
+    if (first_ >= 0) {
+      out.setZero();
+      out.template middleCols<dof>(first_) = A;
+    } else {
+      apply(
+          A, [this](int j) { return D_.row(j); }, out);
+    }
   }
   /// Sets out = A d, where row(j) returns row j of d.
   template <class Row>
@@ -137,6 +158,7 @@ class DualGroup {
   G x_;
   Derivatives D_;  ///< undefined for constants
   bool constant_;
+  int first_ = -1;  ///< If ≥ 0, D is the identity in the columns from here on, and zero elsewhere.
 };
 
 }  // namespace detail
@@ -198,7 +220,6 @@ class BasicSO3<Dual<N>> : public detail::DualGroup<BasicSO3<Dual<N>>, SO3, Basic
   }
   Plain plain() const { return Plain::from_unit(quaternion().template cast<Dual<N, true>>()); }
   const typename Base::Derivatives& derivatives() const { return this->D_; }
-  bool is_constant() const { return this->constant_; }
 };
 
 /// Planar poses that depend on N variables; see detail::DualGroup.

@@ -103,7 +103,11 @@ class BasicSE2 {
 
   template <class T>
   BasicSE2<T> cast() const {
-    return BasicSE2<T>(R_.template cast<T>(), t_.template cast<T>());
+    if constexpr (std::constructible_from<BasicSE2<T>, const BasicSE2&>) {
+      return BasicSE2<T>(*this);
+    } else {
+      return BasicSE2<T>(R_.template cast<T>(), t_.template cast<T>());
+    }
   }
 
  private:

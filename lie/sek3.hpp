@@ -108,7 +108,11 @@ class BasicSEK3 {
 
   template <class T>
   BasicSEK3<K, T> cast() const {
-    return BasicSEK3<K, T>(R_.template cast<T>(), t_.template cast<T>());
+    if constexpr (std::constructible_from<BasicSEK3<K, T>, const BasicSEK3&>) {
+      return BasicSEK3<K, T>(*this);
+    } else {
+      return BasicSEK3<K, T>(R_.template cast<T>(), t_.template cast<T>());
+    }
   }
 
  private:

@@ -130,7 +130,11 @@ class BasicSO3 {
 
   template <class T>
   BasicSO3<T> cast() const {
-    return BasicSO3<T>::from_unit(q_.template cast<T>());
+    if constexpr (std::constructible_from<BasicSO3<T>, const BasicSO3&>) {
+      return BasicSO3<T>(*this);
+    } else {
+      return BasicSO3<T>::from_unit(q_.template cast<T>());
+    }
   }
 
   /// Returns I + a [v]× + b [v]×²: Jl for (a, b) = (B, C), its inverse for (−1/2, D).

@@ -60,10 +60,8 @@ class Direction<3> {
   template <class S>
   Vector<2, S> log(const Vector<3, S>& p, Matrix<2, 3, S>* by_p = nullptr) const {
     using std::atan2, std::sqrt;
-    const Matrix<2, 3, S> Et = axes_.transpose().template cast<S>();
-    const Vector<3, S> z = unit_.template cast<S>();
-    const Vector<2, S> y = Et * p;
-    const S w = z.dot(p), s2 = y.squaredNorm(), w2 = w * w;
+    const Vector<2, S> y = axes_.transpose() * p;
+    const S w = unit_.dot(p), s2 = y.squaredNorm(), w2 = w * w;
     S scale, curvature;  // θ/s, and d(θ/s)/ds / s
     if (w > 0. && s2 < kSeriesBelow * w2) {
       const S x = s2 / w2;
@@ -82,7 +80,7 @@ class Direction<3> {
       Matrix<2, 2, S> by_y = (curvature * y) * y.transpose();
       by_y(0, 0) += scale;
       by_y(1, 1) += scale;
-      *by_p = by_y * Et + by_w * z.transpose();
+      *by_p = by_y * axes_.transpose() + by_w * unit_.transpose();
     }
     return scale * y;
   }

@@ -144,6 +144,8 @@ BENCHMARK_CAPTURE(evaluate_any, constant_twist_SE2_closed_form, kPlanarTwist);
 BENCHMARK_CAPTURE(evaluate_any, constant_twist_SE2_auto_diff, AutoDiff{kPlanarTwist});
 BENCHMARK_CAPTURE(evaluate_any, range_bearing_closed_form, kRangeBearing);
 BENCHMARK_CAPTURE(evaluate_any, range_bearing_auto_diff, AutoDiff{kRangeBearing});
+BENCHMARK_CAPTURE(evaluate_any, usbl_position_closed_form, UsblPosition<SE3>{Vector<3>(1, 2, 3)});
+BENCHMARK_CAPTURE(evaluate_any, usbl_position_auto_diff, AutoDiff{UsblPosition<SE3>{Vector<3>(1, 2, 3)}});
 BENCHMARK_CAPTURE(evaluate, prior, Prior<SE3>{SE3()}, 0.3);
 
 }  // namespace
