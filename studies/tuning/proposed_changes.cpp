@@ -18,7 +18,6 @@ constexpr double kTimes[] = {10, 40};  // correlation times [s], tried in additi
 constexpr double kDelay = 0.5, kScale = 0.05, kMisalignment = 0.05;  // σ of the priors of constants [s, 1, rad]
 constexpr double kWhiteShare = 0.5;     // share of σ that stays white noise if noise is split
 constexpr double kLeastVariance = 0.5;  // smallest variance of noise and bias together, relative to the stated noise
-constexpr double kSmaller = 0.71;       // √kLeastVariance, rounded up
 constexpr double kFactor = 2;           // ratio of the values that refinements try
 constexpr double kCheckedShare = 0.25;  // share of the measurements of the slower of two sensors at which both measure
 constexpr double kCheckedReach = 0.25;  // largest time between these measurements, relative to the smaller step
@@ -175,18 +174,7 @@ class Proposals {
     const SensorResiduals r = residuals_of(entry, residuals_);
     if (r.count < kFewest) return;
     losses(entry, r);
-    if (entry.kind == name(SensorType::pose)) smaller_noise(entry, r);
     if (is_checked(entry)) systematic_errors(entry, r);
-  }
-
-  /// Proposes the smallest noise that keeps_stated_noise() allows, for angles whose residuals suggest it. The course of
-  /// the target checks measured orientations. Nothing checks slow errors of the positions of a single sensor.
-  void smaller_noise(const CalibratedEntry& entry, const SensorResiduals& r) {
-    std::vector<double> sigmas = entry.sigmas;
-    for (std::size_t c = 0; c < sigmas.size(); ++c)
-      if (entry.angle[c] && r.spreads[c] > 0 && r.spreads[c] < kSmaller) sigmas[c] *= kSmaller;
-    if (sigmas != entry.sigmas)
-      add({{"noise " + entry.name, numbers(sigmas)}}, "smaller noise; residuals have a smaller spread", 1);
   }
 
   /// A constant systematic error.

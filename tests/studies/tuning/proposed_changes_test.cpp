@@ -97,25 +97,6 @@ TEST(ProposedChanges, HaveTargetsThatMoveForwardsWithSomeSway) {
   EXPECT_THAT(texts(refined_changes(two_sensors(0.1), options, {})), Contains("--noise non_holonomic=0.1"));
 }
 
-/// The course of the target checks measured orientations, so their stated noise may be too large.
-TEST(ProposedChanges, HaveSmallerNoiseOfOrientationsIfTheirResidualsAreSmall) {
-  Scenario scenario = two_sensors(0.5);
-  TargetSensor& camera = scenario.data.sensors[0];
-  camera.type = SensorType::pose;
-  camera.sigma = Vector<3>(0.3, 0.3, 0.05);
-  const auto proposed = [&](double angle) {
-    std::vector<Misfit> all;
-    for (const auto& [parameter, size] : {std::pair{"lidar.x", 0.1}, {"lidar.y", 0.1}, {"lidar.yaw", angle}}) {
-      Misfit& m = all.emplace_back();
-      m.parameter = parameter;
-      for (int i = 0; i < 50; ++i) m.add(i, i % 2 == 0 ? size : -size);
-    }
-    return texts(proposed_changes(scenario, {}, all));
-  };
-  EXPECT_THAT(proposed(0.3), Contains("--noise lidar=0.3,0.3,0.0355"));
-  EXPECT_THAT(proposed(1), Not(Contains(HasSubstr("--noise lidar"))));
-}
-
 TEST(ProposedChanges, LeaveTurnedPosesToRobustLosses) {
   Scenario scenario = two_sensors(0.5);
   scenario.data.sensors[0].type = SensorType::pose;
