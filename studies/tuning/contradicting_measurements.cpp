@@ -5,18 +5,13 @@
 #include <Eigen/Cholesky>
 
 #include <tandem/problem/quantile.hpp>
+#include <tandem/studies/support/statistics.hpp>
 #include <tandem/studies/tuning/contradicting_measurements.hpp>
 
 namespace tandem {
 namespace {
 
 constexpr double kContradictingSigmas = 10;  // as for outliers()
-
-/// Returns the median of χ² (Wilson & Hilferty 1931).
-double median_of_chi_square(int dofs) {
-  const double root = 1 - 2.0 / (9.0 * dofs);
-  return dofs * root * root * root;
-}
 
 }  // namespace
 
@@ -31,7 +26,7 @@ int count_contradicting_measurements(CalibrationProblem& built) {
   }
   auto count = static_cast<std::ptrdiff_t>(built.num_gross_outliers);
   for (const auto& [entry, values] : squares) {
-    const double scale = std::max(1.0, detail::median(values) / median_of_chi_square(entry.second));
+    const double scale = std::max(1.0, detail::median(values) / chi_squared_quantile(entry.second, 0.5));
     count += std::count_if(values.begin(), values.end(),
                            [&](double square) { return square > scale * kContradictingSigmas * kContradictingSigmas; });
   }

@@ -88,13 +88,11 @@ std::vector<double> non_holonomic_sigmas(const Scenario& scenario) {
 /// Residuals of all components of one sensor.
 struct SensorResiduals {
   double correlation_time = 0, mean = 0, spread = 0, down_weighted = 0;
-  std::vector<double> spreads;  // by component; 0 without residuals
   std::size_t count = 0;
 };
 
 SensorResiduals residuals_of(const CalibratedEntry& entry, const std::vector<Misfit>& residuals) {
   SensorResiduals all;
-  all.spreads.resize(entry.components.size());
   for (std::size_t c = 0; c < entry.components.size(); ++c)
     for (const Misfit& m : residuals) {
       if (m.parameter != entry.parameter(c) || m.value.empty()) continue;
@@ -102,7 +100,6 @@ SensorResiduals residuals_of(const CalibratedEntry& entry, const std::vector<Mis
       all.correlation_time = std::max(all.correlation_time, m.correlation_time());
       if (m.has_significant_mean()) all.mean = std::max(all.mean, std::abs(m.mean()));
       all.spread = std::max(all.spread, m.spread());
-      all.spreads[c] = std::max(all.spreads[c], m.spread());
       all.down_weighted =
           std::max(all.down_weighted, double(m.down_weighted) / double(m.down_weighted + m.value.size()));
     }
