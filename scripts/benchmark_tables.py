@@ -239,12 +239,17 @@ def scripted(session, *command, statuses=(0,)):
     return table
 
 
+def script_section(session, script):
+    """Returns the content of a pair of markers: a script without arguments, and the table that it prints."""
+    return ["    " + script, "", *scripted(session, script)]
+
+
 def measure_gtsam(session):
-    return ["    scripts/gtsam_benchmark", "", *scripted(session, "scripts/gtsam_benchmark")]
+    return script_section(session, "scripts/gtsam_benchmark")
 
 
 def measure_python(session):
-    return ["    scripts/python_benchmarks", "", *scripted(session, "scripts/python_benchmarks")]
+    return script_section(session, "scripts/python_benchmarks")
 
 
 def measure_faults(session):

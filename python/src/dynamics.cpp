@@ -7,19 +7,10 @@
 #include <tandem/residuals/vehicle/visibility.hpp>
 
 #include "options.hpp"
-#include "residual_family.hpp"
+#include "residual_in_python.hpp"
 
 namespace tandem::python {
 namespace {
-
-template <int N>
-Numbers vector_numbers(const Vector<N>& v) {
-  return map_vectors<N>(1, true, [&](std::size_t) { return v; });
-}
-template <int R, int C>
-Numbers matrix_numbers(const Matrix<R, C>& M) {
-  return map_matrices<R, C>(1, true, [&](std::size_t) { return M; });
-}
 
 py::tuple preintegrate(py::handle samples, const py::kwargs& given) {
   const Batch rows = batch(samples, {7}, "preintegrate_imu: t, specific force, angular rate");
@@ -50,14 +41,8 @@ py::tuple preintegrate(py::handle samples, const py::kwargs& given) {
     return ImuSample{x[0], Vector<3>(x[1], x[2], x[3]), Vector<3>(x[4], x[5], x[6])};
   };
   for (std::size_t i = 1; i < rows.count; ++i) sum.integrate(sample(i - 1), sample(i));
-  const ImuDelta& d = sum.delta();
-  const py::object residual =
-      py::module_::import("tandem._core")
-          .attr("PreintegratedImu")(d.dt, Elements<SO3>{{d.R}, true}, vector_numbers<3>(d.v), vector_numbers<3>(d.p),
-                                    vector_numbers<6>(d.bias), matrix_numbers<3, 3>(d.R_by_bias),
-                                    matrix_numbers<3, 6>(d.v_by_bias), matrix_numbers<3, 6>(d.p_by_bias),
-                                    vector_numbers<3>(earth.gravity), vector_numbers<3>(earth.rate));
-  return py::make_tuple(residual, matrix_numbers<15, 15>(sum.covariance()));
+  return py::make_tuple(in_python("PreintegratedImu", PreintegratedImu{sum.delta(), earth}),
+                        map_matrices<15, 15>(1, true, [&](std::size_t) { return sum.covariance(); }));
 }
 
 }  // namespace

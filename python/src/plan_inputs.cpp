@@ -1,10 +1,11 @@
 #include "plan_inputs.hpp"
 
-#include <pybind11/eigen.h>
 #include <pybind11/stl.h>
 
 #include <tandem/problem/planning/plan_options.hpp>
 #include <tandem/problem/planning/target_prediction.hpp>
+
+#include "residual_in_python.hpp"
 
 namespace tandem::python {
 namespace {
@@ -20,13 +21,6 @@ PyVehicleState step(const VehicleModel<N>& model, const Vehicle& vehicle, const 
   const VehicleState<N> to =
       VehicleStep<N>(model, dt)(with_idle<N>(from, vehicle), with_idle<N>(command, vehicle, "step"), current);
   return {to.pose, to.twist, to.actuators.head(Eigen::Index(vehicle.actuators.size()))};
-}
-
-/// Returns the residual of this name in Python with the members of `residual`.
-template <class R>
-py::object in_python(const char* name, R residual) {
-  const py::object make = py::module_::import("tandem._core").attr(name);
-  return std::apply([&](const auto&... members) { return make(members...); }, residual.fields());
 }
 
 TargetPrediction prediction_of(const Elements<SE3>& poses, py::handle twists, py::handle covariances) {

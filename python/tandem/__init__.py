@@ -24,14 +24,14 @@ _calls.make_readable(_core)
 from ._commands import (calibrate, compare, estimate, export, import_log, info, models, navigate, plan, rendezvous,
                         simulate, solve_file, study, track, tune)
 from ._core import (R1, R2, R3, R4, R5, R6, R8, R9, R12, SE2, SE3, SE23, SO2, SO3, ActuatorLag, Bearing, Blocks,
-                    Boundary, Bounds, Bundle, CalibratedNoise, Calibration, Cauchy, Coasting, Cone, ConstantTwist, DampedTwist,
-                    Depth, DvlVelocity, FixedLag, Gaussian, GaussMarkov, GemanMcClure, Gps, Heading, Huber, InsideCone,
-                    Interpolated, LogRange, Loss, Marginals, Miscalibrated, MiscalibratedEgo, MixedVelocity, Planner,
-                    PlanResult, PreintegratedDvl, PreintegratedImu, Prior, Problem, Propagated, Range, RangeBearing,
-                    RelativePose, RelativeRotation, Residual, RollPitch, ScaledDvlVelocity, SoftBound, SolveSummary,
-                    SteadyCourse, StudentT, TargetPrediction, Tukey, TwistKinematics, UsblPosition, UsblSpherical,
-                    Variable, Variables, VehicleState, Visibility, WhiteNoiseAcceleration, WithBias, at_least, at_most,
-                    between, equal_to, predict_target, preintegrate_imu)
+                    Boundary, Bounds, Bundle, CalibratedNoise, Calibration, Cauchy, Coasting, Cone, ConstantTwist,
+                    DampedTwist, Depth, DvlVelocity, FixedLag, Gaussian, GaussMarkov, GemanMcClure, Gps, Heading, Huber,
+                    InsideCone, Interpolated, LogRange, Loss, Marginals, Miscalibrated, MiscalibratedEgo, MixedVelocity,
+                    Planner, PlanResult, PreintegratedDvl, PreintegratedImu, Prior, Problem, Propagated, Range,
+                    RangeBearing, RelativePose, RelativeRotation, Residual, RollPitch, ScaledDvlVelocity, SoftBound,
+                    SolveSummary, SteadyCourse, StudentT, TargetPrediction, Tukey, TwistKinematics, UsblPosition,
+                    UsblSpherical, Variable, Variables, VehicleState, Visibility, WhiteNoiseAcceleration, WithBias,
+                    at_least, at_most, between, equal_to, predict_target, preintegrate_imu)
 from .errors import (BadInputError, BusyError, Error, IncompleteWarning, InfeasibleError, MisfitError,
                      NotObservableError, NumericalError, ResidualError, StaleHandleError, Stopped,
                      UndefinedResidualError)

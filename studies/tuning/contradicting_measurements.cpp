@@ -2,9 +2,8 @@
 #include <map>
 #include <utility>
 
-#include <Eigen/Cholesky>
-
 #include <tandem/problem/quantile.hpp>
+#include <tandem/studies/support/mahalanobis.hpp>
 #include <tandem/studies/support/statistics.hpp>
 #include <tandem/studies/tuning/contradicting_measurements.hpp>
 
@@ -21,8 +20,8 @@ int count_contradicting_measurements(CalibrationProblem& built) {
   for (const EntryBlock& b : built.blocks) {
     if (!b.measured_at || problem.loss(b.block).kind == Loss::Kind::none) continue;
     const Eigen::VectorXd residual = problem.linearization(b.block).residual;
-    const double square = residual.dot(problem.noise(b.block).covariance_matrix().llt().solve(residual));
-    squares[{b.entry, static_cast<int>(residual.size())}].push_back(square);
+    squares[{b.entry, static_cast<int>(residual.size())}].push_back(
+        squared_distance(residual, problem.noise(b.block).covariance_matrix()));
   }
   auto count = static_cast<std::ptrdiff_t>(built.num_gross_outliers);
   for (const auto& [entry, values] : squares) {

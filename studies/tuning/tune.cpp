@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <chrono>
+#include <optional>
 #include <set>
 
 #include <fmt/format.h>
@@ -66,7 +67,8 @@ class Tuner {
     Tuning result;
     for (const Scenario& scenario : scenarios_) result.scenarios.push_back(scenario.name);
     result.given = result.start = options_.start;
-    Recordings first = solved_start(result);
+    std::vector<ModelStep> needed;
+    Recordings first = solved_start(result.start, needed);
     check_same_sensors(first);
     for (const auto& problem : first.problems) navigations_.push_back(problem->navigation);
     result.before = all_misfits(first);
@@ -85,7 +87,7 @@ class Tuner {
       result.selection.settings = result.start;
     } else {
       result.selection = search(result);
-      result.selection.steps.insert(result.selection.steps.begin(), result.needed.begin(), result.needed.end());
+      result.selection.steps.insert(result.selection.steps.begin(), needed.begin(), needed.end());
       Recordings found = solved(result.selection.settings, Stop());
       result.after = all_misfits(found);
       for (const CalibratedEntry& entry : found.problems.front()->entries)
@@ -122,37 +124,40 @@ class Tuner {
     return all;
   }
 
-  /// Solves the recordings with the given settings. Adds robust losses to them if measurements contradict the others, or
-  /// if the recordings cannot be solved without. Held-out predictions do not show this need: a measurement that is
-  /// wrong by far moves the states near it, whose measurements are held out together with it.
-  Recordings solved_start(Tuning& result) const {
+  /// Returns nothing, and why, if the recordings cannot be solved with these settings.
+  std::optional<Recordings> solved_if_possible(const ModelSettings& settings, std::string& why) const try {
+    return solved(settings, options_.stop);
+  } catch (const Stopped&) {
+    throw;
+  } catch (const Error& error) {
+    why = error.what();
+    return std::nullopt;
+  }
+
+  /// Solves the recordings with the settings of the start. Adds robust losses to them, and the step to `steps`, if
+  /// measurements contradict the others, or if the recordings cannot be solved without. Held-out predictions do not
+  /// show this need: a measurement that is wrong by far moves the states near it, whose measurements are held out
+  /// together with it.
+  Recordings solved_start(ModelSettings& start, std::vector<ModelStep>& steps) const {
     const ModelChange robust{{{"robust", "true"}}, "", 1};
-    const bool allowed = !result.start.contains("robust") && !is_named(robust, options_.fixed) &&
+    const bool allowed = !start.contains("robust") && !is_named(robust, options_.fixed) &&
                          (options_.only.empty() || is_named(robust, options_.only)) &&
                          !scenarios_.front().data.sensors.empty();
-    if (!allowed) return solved(result.start, options_.stop);
-    const ModelSettings with_losses = tandem::changed(result.start, robust);
-    const auto needed = [&](Recordings recordings, std::string why) {
-      result.start = with_losses;
-      result.needed.push_back({robust, {}, ModelVerdict::needed, std::move(why)});
-      return recordings;
-    };
-    try {
-      Recordings all = solved(with_losses, options_.stop);
-      int count = 0;
-      for (const auto& problem : all.problems) count += count_contradicting_measurements(*problem);
-      if (count > 0) return needed(std::move(all), fmt::format("measurements that contradict the others: {}", count));
-    } catch (const Stopped&) {
-      throw;
-    } catch (const Error&) {  // the options of the user exclude robust losses
+    if (!allowed) return solved(start, options_.stop);
+    const ModelSettings with_losses = changed(start, robust);
+    std::string why;
+    std::optional<Recordings> all = solved_if_possible(with_losses, why);  // the user's options may exclude losses
+    int count = 0;
+    if (all)
+      for (const auto& problem : all->problems) count += count_contradicting_measurements(*problem);
+    if (count > 0) {
+      why = fmt::format("measurements that contradict the others: {}", count);
+    } else if (std::optional<Recordings> without = solved_if_possible(start, why)) {
+      return std::move(*without);
     }
-    try {
-      return solved(result.start, options_.stop);
-    } catch (const Stopped&) {
-      throw;
-    } catch (const Error& error) {
-      return needed(solved(with_losses, options_.stop), error.what());
-    }
+    start = with_losses;
+    steps.push_back({robust, {}, ModelVerdict::needed, why});
+    return all ? std::move(*all) : solved(start, options_.stop);
   }
 
   /// Returns why commands cannot use a model: from its own initial guess, it is not solved, or not with the same data.

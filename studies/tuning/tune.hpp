@@ -39,7 +39,6 @@ struct Tuning {
   ModelSelection selection;             ///< empty in a dry run
   ModelSettings given;                  ///< the settings of the user
   ModelSettings start;                ///< the model from which the search starts; others than the given ones are needed
-  std::vector<ModelStep> needed;      ///< changes of the given settings without which the search does not start
   std::vector<Misfit> before, after;  ///< residuals by the first and by the selected model
   std::vector<NoiseEntry> noise;  ///< noise of the selected model without systematic errors, in the axes of the files
   double seconds = 0;

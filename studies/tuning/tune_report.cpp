@@ -94,7 +94,7 @@ JsonFields<Tuning> tune_fields() {
       .add("model", "the selected model in one sentence", [](const Tuning& t) { return tuned_model(t); })
       .add("options", "options of the selected model, as words of a command line",
            [](const Tuning& t) { return words_of(t.selection.settings); })
-      .add("gain", "gain in predictive log likelihood over the given model",
+      .add("gain", "gain in predictive log likelihood over the model from which the search starts",
            [](const Tuning& t) { return t.selection.gain.gain; })
       .add("standard_error", "standard error of the gain",
            [](const Tuning& t) { return t.selection.gain.standard_error; })
