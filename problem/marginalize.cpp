@@ -82,7 +82,7 @@ detail::LinearRows Problem::active_rows(const std::vector<std::vector<int>>& aff
   return equations;
 }
 
-/// Adds the constraint on the remaining variables. Variables without a coefficient are left out.
+/// Adds the constraint on the remaining variables. Variables without a coefficient are omitted.
 void Problem::add_marginal_constraint(const std::vector<detail::AnchoredState>& states,
                                       const detail::LinearRows& equations) {
   if (equations.A.rows() == 0) return;

@@ -70,10 +70,9 @@ void Problem::throw_invalid(const VariableHandle& x) const {
   if (x.problem == 0)
     throw StaleHandleError("the variable was never added to a problem; use a handle returned by Problem::add");
   throw StaleHandleError("variable " + *x.name +
-                         (x.problem == serial_
-                              ? " has been removed from the problem"
-                              : " belongs to another problem, or to contents of this one that have been "
-                                "replaced; use a handle from this problem (see Problem::counterpart)"));
+                         (x.problem == serial_ ? " has been removed from the problem"
+                                               : " belongs to another problem, or to earlier contents of this one; "
+                                                 "use a handle from this problem (see Problem::counterpart)"));
 }
 
 void Problem::throw_no_variable(int variable_id) const {
@@ -194,41 +193,6 @@ void Problem::set_loss(const Block& block, const Loss& loss) {
   check_loss(pool.name(), loss);
   pool.set_loss(index_of(block, "set_loss"), loss);
   ++bounds_revision_;
-}
-
-namespace {
-
-Problem::Linearization linearization_of(const detail::PoolBase& pool, int index) {
-  Problem::Linearization result;
-  result.variable_ids.assign(pool.variables(index), pool.variables(index) + pool.arity());
-  result.dofs.assign(pool.dofs(), pool.dofs() + pool.arity());
-  result.residual.resize(pool.dim());
-  result.jacobian.resize(pool.dim(), std::accumulate(result.dofs.begin(), result.dofs.end(), 0));
-  pool.linearize_block(index, nullptr, result.residual.data(), result.jacobian.data());
-  return result;
-}
-
-}  // namespace
-
-Problem::Linearization Problem::linearization(const Block& block) const {
-  const int index = index_of(block, "linearization");
-  return linearization_of(pools_[std::size_t(block.pool)].base(), index);
-}
-
-Problem::Linearization Problem::linearization(const detail::ResidualFunctions& functions, const void* residual,
-                                              std::span<const int> variable_ids) const {
-  std::vector<std::unique_ptr<detail::StateStoreBase>> copies;
-  std::vector<detail::StateStoreBase*> stores;
-  std::vector<int> slots;
-  for (const int id : variable_ids) {
-    const VariableInfo& variable = variables_.at(std::size_t(id));
-    copies.push_back(variable.store->new_empty());
-    stores.push_back(copies.back().get());
-    slots.push_back(stores.back()->add_copy(*variable.store, variable.slot, id));
-  }
-  detail::SoftPool pool(functions, stores);
-  pool.add_residual(residual, slots.data());
-  return linearization_of(pool, 0);
 }
 
 std::vector<Block> Problem::soft_blocks_reading(std::span<const int> variable_ids) const {

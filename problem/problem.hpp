@@ -158,11 +158,11 @@ class Problem {
   /// moves away from X̄, because X̄ and A stay fixed.
   ///
   /// Hard rows enter by null-space elimination (detail::eliminate). A row is active if it is an equality, or if its
-  /// multiplier is not zero. It then counts as an equality at its active bound. What active rows imply on the remaining
-  /// variables alone becomes the marginal constraint A (X ⊖ X̄) + b = 0. Inactive inequalities leave without trace. The
-  /// result is exact if the active rows are linear and are active in the solution of all data.
-  /// Unobservable directions of the removed variables contribute nothing; information below about 1e-13 of that of the
-  /// blocks is dropped. Fixed variables count as constants; free those to be estimated before. Invalidates
+  /// multiplier is not zero. It then counts as an equality at its active bound. The equations that active rows imply
+  /// for the remaining variables alone become the marginal constraint A (X ⊖ X̄) + b = 0. Inactive inequalities are
+  /// removed without effect. The result is exact if the active rows are linear and are active in the solution of all
+  /// data. Unobservable directions of the removed variables contribute nothing; information below about 1e-13 of that
+  /// of the blocks is dropped. Fixed variables count as constants; free those to be estimated before. Invalidates
   /// NlpEvaluators of this problem. Throws and changes nothing if an ID is repeated (BadInputError) or unknown
   /// (StaleHandleError), or if a residual is undefined or infinite (UndefinedResidualError).
   void marginalize(std::span<const int> variable_ids);
@@ -213,15 +213,15 @@ class Problem {
   /// Residual and Jacobian of a block at the current values, in the residual's units, without noise and loss.
   struct Linearization {
     Eigen::VectorXd residual;
-    Eigen::MatrixXd jacobian;       ///< with respect to right perturbations of all variables, side by side
-    std::vector<int> variable_ids;  ///< variables that the block reads, fixed ones included
-    std::vector<int> dofs;          ///< tangent dimension of each variable
+    Eigen::MatrixXd jacobian;             ///< with respect to right perturbations of all variables, side by side
+    std::vector<int> variable_ids, dofs;  ///< see variable_ids(); tangent dimension of each variable
   };
   /// Returns the linearization of a soft or hard block. Throws UndefinedResidualError if the residual is undefined.
   Linearization linearization(const Block& block) const;
   /// Returns the linearization of a residual that is not part of the problem and reads the variables with these IDs.
   Linearization linearization(const detail::ResidualFunctions& functions, const void* residual,
                               std::span<const int> variable_ids) const;
+  std::vector<int> variable_ids(const Block& block) const;  ///< variables that a block reads, fixed ones included
   /// Return the soft or hard blocks that read at least one of these variables, except marginal priors and constraints.
   std::vector<Block> soft_blocks_reading(std::span<const int> variable_ids) const;
   std::vector<Block> hard_blocks_reading(std::span<const int> variable_ids) const;

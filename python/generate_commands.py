@@ -28,7 +28,7 @@ FUNCTIONS = {
     "info": ("info", "Results"),
     "export": ("export", "Results"),
     "study": ("study", "Results"),
-    "track": ("track", "Results"),
+    "track": ("track", "Estimate"),
 }
 
 
@@ -50,7 +50,9 @@ def function(description):
     parameters = []
     for option in positional:
         of = {"SCENARIO": "ScenarioLike", "DIR": "ResultLike"}.get(option["takes"], "PathLike")
-        if option["required"]:
+        if option["required"] and of == "ScenarioLike":  # or in the run file `config`
+            parameters.append(f"{python_name(option['name'])}: Optional[{of}] = None")
+        elif option["required"]:
             parameters.append(f"{python_name(option['name'])}: {of}")
         else:
             parameters.append(f"*{python_name(option['name'])}: {of}")
@@ -94,6 +96,8 @@ def main(output, descriptions):
         declared[description["command"]] = {o["name"]: [o["takes"], o["repeatable"]] for o in description["options"]}
     header = [
         '"""Functions that run the commands of Tandem. Generated from the options of the commands; do not edit."""',
+        "",
+        "from typing import Optional",
         "",
         "from ._options import OptionValue, PathLike, declare",
         "from ._process import ResultLike, ScenarioLike, run as _run",

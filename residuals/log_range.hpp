@@ -10,8 +10,8 @@ namespace tandem {
 
 /// Logarithm of the distance from a sensor on the chaser to the target:  e = log(‖p‖ / range),  p = t((C B)⁻¹ (T F)).
 /// It is a prior for a distance of unknown size. A standard deviation of 1 means a factor e. The residual grows without
-/// bound as the target approaches the sensor. The target T is a pose or a point (SE3, SE2, R3, R2). Throws Error with
-/// the target at the sensor, where the residual is undefined.
+/// bound as the target approaches the sensor. The target T is a pose or a point (SE3, SE2, R3, R2). Throws Error if
+/// the target is at the sensor, because the residual is undefined there.
 template <LieGroup Chaser = SE3, LieGroup Target = Chaser>
 requires(Chaser::point_dim == Target::point_dim) struct LogRange {
   static constexpr std::string_view name = "logarithmic range";

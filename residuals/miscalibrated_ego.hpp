@@ -28,7 +28,7 @@ struct MiscalibratedEgo {
 
   R residual;
   SO3 mount{};       ///< R_bs, sensor in the body
-  ImuDelta ahead{};  ///< motion from the keyframe to t; the default is t at the keyframe
+  ImuDelta ahead{};  ///< motion from the keyframe to t; by default none: t is the time of the keyframe
   Earth earth{};
   Vector<3> rate = Vector<3>::Zero();   ///< ω at t, rad/s
   Vector<3> force = Vector<3>::Zero();  ///< a at t, m/s²

@@ -56,7 +56,7 @@ struct ResidualFunctions {
   void (*curvature)(const void* residual, const void* const* x, const double* w, double* C);
   BatchFunctions batch;  ///< null if there is no batched evaluation
 
-  const ResidualFunctions* bounded;                 ///< the residual within a SoftBound; null for others
+  const ResidualFunctions* bounded;                 ///< the bounded residual of a SoftBound; null for other residuals
   BoundedResidual (*bounds)(const void* residual);  ///< parts of a SoftBound; null for others
 };
 

@@ -22,7 +22,7 @@ struct WithBias {
 
   auto fields() { return std::tie(residual); }
 
-  /// Takes the arguments of f, with b after its states and, if Jacobians are requested, the Jacobian of b after theirs.
+  /// Takes the states of f, b, e and, if Jacobians are requested, the Jacobians of f and then that of b.
   template <class... Args>
   requires(sizeof...(Args) == std::tuple_size_v<States> + 1 ||
            sizeof...(Args) == 2 * std::tuple_size_v<States> + 1) void

@@ -59,8 +59,8 @@ class AugmentedTerm {
   /// Returns a row whose value or derivatives at X̄ are not finite, or −1.
   int nonfinite_row() const;
 
-  /// Starts the minimisation of the model at p = 0 and finds the active rows there. The model replaces c by c + J p; p
-  /// moves along segments.
+  /// Starts the minimisation of the model, in which c + J p replaces c, at p = 0. Finds the active rows there.
+  /// set_segment() and advance() then move p.
   void begin_step();
   /// As begin_step(), but also activates the rows that the multipliers predict with the weights w⁰. With the much
   /// larger weights w, a curved row would leave the active set at each new X̄ and return within the step.

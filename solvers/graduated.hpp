@@ -12,7 +12,7 @@ namespace tandem {
 /// Schedule of a graduated solve.
 struct GraduationOptions {
   double divide = 4.0;      ///< divisor of the squared scales from one solve to the next; above 1
-  double tolerance = 1e-6;  ///< relative cost tolerance of all solves but the last, unless that of the solver is looser
+  double tolerance = 1e-6;  ///< relative cost tolerance before the last solve; at least that of the solver
 };
 
 namespace detail {

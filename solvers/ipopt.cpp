@@ -302,7 +302,7 @@ Summary IpoptSolve::solve() {
         continue;
       }
       session.end(Status::failed,
-                  "Ipopt reports infeasible constraints at a point where small steps reduce the violation");
+                  "Ipopt reports that the constraints are infeasible, but small steps still reduce their violation");
     }
     if (solved && tnlp->increase_cost_scale() && session.summary.iterations < most) {
       refined = true;

@@ -21,8 +21,8 @@ namespace {
 thread_local BlockCholeskyInIpopt* current = nullptr;
 
 /// Functions with the names and arguments of MA57 (HSL, MA57 package specification), as far as Ipopt uses them. Arrays
-/// are numbered as in Fortran: INFO(k) is info[k − 1]. On a thread without a solver they report failure: if a host uses
-/// the real MA57 there at the same time, its solve fails, but does not crash.
+/// are numbered as in Fortran: INFO(k) is info[k − 1]. On a thread without a solver they report failure. A host
+/// program that uses the real MA57 on such a thread at the same time thus gets a failed solve, not a crash.
 struct Ma57 {
   static constexpr int kFailed = -1;
   static constexpr double kPivotTolerance = 1e-8;  ///< while Ipopt has not raised it

@@ -81,7 +81,7 @@ class Marginals {
   Eigen::VectorXd times(const Eigen::VectorXd& x) const;
   /// Throws NotObservableError, which names the unobservable states, if H is singular.
   void require_regular() const;
-  /// Returns the states with infinite variances; empty if the problem determines all states.
+  /// Returns the states with infinite variances; empty if all states are observable.
   const std::vector<UnobservableState>& unobservable() const { return parts_.unobservable; }
   /// Returns whether the covariance of the pair is stored.
   template <LieGroup A, LieGroup B>

@@ -169,8 +169,9 @@ class NloptRun {
       throw NonFinite("a Jacobian is not finite, in " + nlp_.describe_nonfinite_block());
   }
 
-  /// Returns whether the gradient at X̄ is small, in white coordinates and without its part along the active
-  /// constraints. Half its square is the predicted gain of a step. Returns `unknown` if the check would take too long.
+  /// Returns whether the whitened gradient at X̄ is small after projection onto the null space of the active
+  /// constraints. Half its squared norm is the predicted gain of a step. Returns `unknown` if the check would take too
+  /// long.
   bool stationary(bool unknown) try {
     nlp_.reset();
     BlockCholesky white(nlp_.hessian_pattern());

@@ -127,7 +127,7 @@ void SoftModel::damp(const Eigen::VectorXd& hessian, double damping, Eigen::Vect
       if (&hessian != &damped) damped.segment(begin, height * width) = hessian.segment(begin, height * width);
       const auto scale = scale_.segment(pattern.first[std::size_t(k)], width);
       const double least = std::min(damping, kLeastScale) * scale.maxCoeff();
-      // Second derivatives may reduce a diagonal entry below the curvature that the damping is relative to.
+      // The damping is relative to `scale`, because second derivatives may make a diagonal entry smaller.
       const auto curvature = [&](int i) { return std::max(damped[begin + i * (height + 1)], scale[i]); };
       double largest = 0;
       for (int i = 0; i < width && !all_curved_; ++i) largest = std::max(largest, curvature(i));

@@ -38,7 +38,7 @@ class ViolationMinimization {
     double squares, sum;
   };
 
-  /// Sets the violations v, the weights of the active rows, and returns the size of v at the point.
+  /// Sets the violations v and the weights of the active rows. Returns the size of v at the point.
   Size evaluate() {
     nlp_.constraints(c_);
     for (Eigen::Index i = 0; i < c_.size(); ++i) {

@@ -25,7 +25,7 @@ std::string_view name(Status status);
 /// Returns one sentence for the user.
 std::string_view sentence(Status status);
 
-/// A variable that the problem does not determine, with its undetermined directions.
+/// A variable that the problem does not observe completely, with its unobservable directions.
 struct UnobservableState {
   std::string variable;                 ///< name, for example "target 4"
   std::vector<std::string> directions;  ///< tangent entries, for example "x" or "rotation about z"

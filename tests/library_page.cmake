@@ -1,6 +1,6 @@
 # tandem_page_code(PAGE): extracts the code between ```cpp and ``` of a page and sets PAGE_INCLUDES, PAGE_TYPES,
 # PAGE_FUNCTIONS and PAGE_CALLS for library_page.cpp.in. The blocks of one section (##) form the body of one function,
-# so that a block can continue the previous one. A block that defines a struct stays outside of the function.
+# so that a block can continue the previous one. A block that defines a struct stays outside the function.
 function(tandem_page_code page)
   file(READ "${page}" rest)
   foreach(part INCLUDES TYPES FUNCTIONS CALLS)

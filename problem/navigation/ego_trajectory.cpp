@@ -80,7 +80,7 @@ struct Dependence {
 
 void throw_outside(double t, double first, double last, std::size_t count) {
   if (count < 2) throw BadInputError("a trajectory needs two keyframes or more");
-  throw BadInputError("the time " + std::to_string(t) + " s is outside of the trajectory, " + std::to_string(first) +
+  throw BadInputError("the time " + std::to_string(t) + " s is outside the trajectory, " + std::to_string(first) +
                       " to " + std::to_string(last) + " s");
 }
 

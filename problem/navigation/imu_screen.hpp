@@ -22,7 +22,7 @@ std::string_view text(ImuFault fault);
 
 /// Judges the samples of an IMU one by one, in time order. Batch estimation and online estimation use the same rules.
 /// Samples that are not physical leave a gap (ImuSample::gap). A lasting change of the level, such as a new mounting,
-/// is believed after half a second.
+/// is accepted after half a second.
 class ImuScreen {
  public:
   explicit ImuScreen(const ImuSensor& sensor);
@@ -35,7 +35,7 @@ class ImuScreen {
   struct Level {
     Vector<3> mean = Vector<3>::Zero();
     double deviation = 0;
-    double limit;  // deviation that is believed at any time
+    double limit;  // deviation that is accepted at any time
 
     bool is_far(const Vector<3>& value) const { return (value - mean).norm() > limit + kDeviations * deviation; }
     void add(const Vector<3>& value, double weight, double slow_weight);

@@ -185,7 +185,7 @@ void check_gaps(const ImuSensor& imu, std::vector<NavigationFinding>& findings) 
   findings.insert(findings.end(), gaps.begin(), gaps.end());
 }
 
-/// Drops the lines of a sensor whose values are not believed.
+/// Discards the lines of a sensor with implausible values.
 void drop_implausible(EgoSensor& sensor, std::vector<NavigationFinding>& findings) {
   const ScreenedByFault found = screen(sensor.measurements, screen_options(sensor),
                                        [&](const EgoMeasurement& m) { return reading(sensor.type, m); });

@@ -11,7 +11,7 @@ namespace tandem {
 struct NavigationFinding {
   enum class Kind {
     not_finite,   ///< lines with NaN, infinity or a marker of missing data; dropped
-    implausible,  ///< lines whose values are not believed (ReadingScreen, ImuScreen); dropped
+    implausible,  ///< lines with implausible values (ReadingScreen, ImuScreen); discarded
     jump,         ///< odometry that jumps to a new origin; continued from the expected pose
     rejected,     ///< measurements that contradict the others; dropped
     backwards,    ///< lines whose time runs backwards; drops the fewest lines that make the times increase

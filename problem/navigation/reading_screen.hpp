@@ -32,7 +32,7 @@ class ReadingScreen {
   struct Options {
     double max_magnitude = HUGE_VAL;  ///< largest norm of the first `vector_rows` numbers
     Eigen::Index vector_rows = 3;     ///< numbers that form a vector; 0: none, so there are no zeros
-    /// An exact zero vector is believed if the vector before is at most this long. Negative: no zero is believed.
+    /// An exact zero vector is accepted if the vector before is at most this long. Negative: no zero is accepted.
     double zero_reach = HUGE_VAL;
     std::size_t frozen_lines = 10;  ///< smallest number of equal lines of a frozen sensor
     double run_ratio = 8;           ///< a longer run than this multiple of the mean run is unusual
@@ -44,7 +44,7 @@ class ReadingScreen {
 
   /// Uses the mean length of the runs of equal values in a whole recording instead of those seen so far.
   void set_runs(std::size_t lines, std::size_t runs);
-  /// Returns why the next measurement is not believed, or nothing.
+  /// Returns why the next measurement is implausible, or nothing.
   std::optional<ReadingFault> judge(double t, const Reading& reading);
   /// Returns the number of equal lines up to the last one.
   std::size_t run() const { return run_; }
@@ -55,7 +55,7 @@ class ReadingScreen {
 
   Options options_;
   std::optional<Reading> last_;
-  double last_length_ = -1;  // of the vector of the last believed measurement; negative: none yet
+  double last_length_ = -1;  // of the vector of the last accepted measurement; negative: none yet
   double run_begin_ = 0;     // s
   std::size_t run_ = 0, lines_ = 0, runs_ = 0;
   bool recorded_ = false;  // lines_ and runs_ are those of a whole recording

@@ -38,8 +38,8 @@ std::optional<Variable<Rn<1>>> add_goal(Problem& problem, const PlanOptions& opt
 /// Adds the hard constraints on the chaser's state. Appends to `margins` and `hard`.
 void add_limits(Problem& problem, const PlanOptions& options, const PlanStep& step, PlanMargins& margins,
                 std::vector<Block>& hard);
-/// Sets the margins to chance √(J Σ Jᵀ) at the current values. `covariance` is that of the target at each instant, now
-/// first.
+/// Sets the margins to chance √(J Σ Jᵀ) at the current values. `covariance` has the covariance of the target at
+/// each instant, the first one now.
 void set_margins(Problem& problem, const PlanOptions& options, std::span<const Variable<SE3>> chaser,
                  std::span<const Variable<SE3>> target, std::span<const Matrix<6, 6>> covariance,
                  const PlanMargins& margins);

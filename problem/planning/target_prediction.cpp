@@ -29,6 +29,10 @@ TargetPrediction predict_target(const TargetBelief& belief, const Vector<6>& noi
     throw BadInputError("predict_target: dt and the dt of the belief must be positive");
   if (time_constants && !(time_constants->array() > 0).all())
     throw BadInputError("predict_target: all time constants must be positive");
+  if (!noise.allFinite() || (noise.array() < 0).any() || steps < 0)
+    throw BadInputError("predict_target: noise and steps must not be negative");
+  if (!belief.covariance.allFinite() || (belief.covariance.diagonal().array() < 0).any())
+    throw BadInputError("predict_target: the covariance of the belief is not finite or has a negative variance");
   TargetPrediction p;
   SE3 before = belief.before, now = belief.now;
   Matrix<12, 12> both = belief.covariance;

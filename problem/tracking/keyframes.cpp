@@ -24,7 +24,7 @@ std::vector<double> measured_times(const TrackingData& data) {
       }
       if (!(m.t >= first - kSameInstant && m.t <= last + kSameInstant))  // also true for NaN
         throw BadInputError(sensor.name + ": the measurement at " + std::to_string(m.t) +
-                            " s is outside of the odometry's time span, " + std::to_string(first) + " to " +
+                            " s is outside the odometry's time span, " + std::to_string(first) + " to " +
                             std::to_string(last) + " s");
       if (t >= first - kSameInstant) times.push_back(t);
     }

@@ -37,7 +37,7 @@ void update_type(Keyframe& keyframe, const TargetSensor& sensor, const Measureme
 ///
 /// Ignores measurements that were valid before the odometry. With TrackingData::ego, ignores all measurements outside
 /// of the odometry's time span. `max_count` > 0 keeps only the first keyframes. Throws Error if there is no odometry or
-/// no measurement, or if a time stamp is outside of the odometry's time span.
+/// no measurement, or if a time stamp is outside the odometry's time span.
 std::vector<Keyframe> make_keyframes(const TrackingData& data, std::size_t max_count = 0);
 
 /// Returns the index of the keyframe within 1 ms of t, or nullopt.

@@ -21,7 +21,7 @@ class OdometryScreen {
     use,
     missing,     ///< not finite, or farther than 1e8 m from the origin
     displaced,   ///< farther from the last used pose than the vehicle can move
-    frozen,      ///< repeats a coordinate that the vehicle reached too fast to stop there
+    frozen,      ///< repeats a coordinate, although the vehicle moved too fast to stop there
     new_origin,  ///< the fifth successive displaced pose that continues the others: the odometry has a new origin
   };
   /// Returns whether to use the pose. `new_origin` makes the displaced poses before it usable, too.
@@ -55,7 +55,7 @@ class OdometryScreen {
   SE3 first_from_current_{};  // present origin of the odometry in the frame of the first one
 };
 
-/// Discards poses and measurements whose values are not believed. Returns the findings.
+/// Discards poses and measurements with implausible values. Returns the findings.
 std::vector<NavigationFinding> screen(TrackingData& data);
 
 }  // namespace tandem

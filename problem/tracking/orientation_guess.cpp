@@ -109,7 +109,7 @@ std::vector<SO3> guess_orientations(const std::vector<Keyframe>& keyframes, cons
     if (in_gap && has_course(track, k)) known[k] = along(astern ? Vector<3>(-track.velocity[k]) : track.velocity[k]);
   }
   std::vector<SO3> found;
-  std::size_t before = n, after = 0;  // nearest known orientations; n if there is none
+  std::size_t before = n, after = 0;  // keyframes of the nearest known orientations; n if there is none
   for (std::size_t k = 0; k < n; ++k) {
     if (known[k]) before = k;
     while (after < n && (after < k || !known[after])) ++after;

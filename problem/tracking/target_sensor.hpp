@@ -46,7 +46,8 @@ struct Placement {
 template <class P, LieGroup G>
 void place(TrackingBuild<G>& build, const Placing& at);
 
-/// Placement by the residual type that P defines (see SensorBuild), in space and in the plane, or only in space.
+/// Placement with the residual that P creates (see SensorBuild). placed_by supports space and plane, placed_in_space_by
+/// only space.
 template <class P>
 inline constexpr Placement placed_by{&place<P, SE3>, &place<P, SE2>};
 template <class P>

@@ -95,7 +95,7 @@ std::optional<std::string> TargetWindow<G>::add_measurement(std::size_t sensor, 
   const double t = by.valid_at(m);
   const auto k = keyframe_at_or_before(out_.keyframes, t);
   if (!k)
-    return by.name + ": the measurement valid at " + std::to_string(t) + " s is outside of the window, " +
+    return by.name + ": the measurement valid at " + std::to_string(t) + " s is outside the window, " +
            std::to_string(out_.keyframes.front().t) + " to " + std::to_string(out_.keyframes.back().t) + " s";
   const bool delayed = by.error && by.error->delay_sigma > 0;
   auto fixed = fixed_delays_.find(sensor);

@@ -42,7 +42,7 @@ class TargetWindow {
   template <class F>
   void each_systematic_error(F f) const;
   /// Adds a measurement at a keyframe or between two. Returns the reason if this fails, e.g. because the measurement is
-  /// outside of the window.
+  /// outside the window.
   std::optional<std::string> add_measurement(std::size_t sensor, const Measurement& m);
   /// Returns the block of the measurement that was added last. For a pose with two residuals, this is the block of the
   /// position. For a pose, the first G::point_dim rows are the position. No keyframe may have been dropped since.

@@ -164,7 +164,7 @@ struct TrackingProblem {
   std::vector<Outlier> outliers;              ///< if robust_initial_guess is set
   std::vector<NoiseBlock> noise_blocks;       ///< motion, odometry, constraints on the target, systematic errors
   std::vector<SensorConstant> constants;      ///< constant systematic errors of all sensors
-  std::vector<std::size_t> num_discarded;     ///< per target sensor; measurements outside of the odometry's span
+  std::vector<std::size_t> num_discarded;     ///< per target sensor; measurements outside the odometry's span
 
   // Only with TrackingData::ego:
   std::vector<EgoKeyframe> ego;  ///< one per keyframe

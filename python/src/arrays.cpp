@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "elements.hpp"
+
 namespace tandem::python {
 namespace {
 
@@ -16,6 +18,9 @@ std::string tuple_text(const std::vector<py::ssize_t>& shape, bool many) {
 
 Numbers numbers(py::handle value, const std::string& what) {
   if (py::isinstance<Numbers>(value)) return py::reinterpret_borrow<Numbers>(value);
+  if (group_of(value))  // NumPy would iterate over its elements
+    throw py::value_error(what + ": expected numbers, not " +
+                          std::string(py::str(py::type::of(value).attr("__name__"))));
   const py::array any = py::array::ensure(value);
   if (!any) {
     PyErr_Clear();

@@ -266,6 +266,10 @@ py::class_<Elements<G>> bind_group(py::module_& m, const std::string& name, cons
     if (x.single) throw py::type_error("a single " + name + " has no length");
     return x.size();
   });
+  c.def("__iter__", [name](const py::object& self) {
+    if (self.cast<const E&>().single) throw py::type_error("a single " + name + " is not iterable");
+    return py::reinterpret_steal<py::object>(PySeqIter_New(self.ptr()));
+  });
   c.def("__getitem__", [name](const E& x, py::handle index) {
     if (x.single) throw py::type_error("a single " + name + " cannot be indexed");
     const Selection chosen = selection(index, x.size(), name);

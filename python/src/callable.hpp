@@ -1,5 +1,6 @@
 #pragma once
 
+#include <atomic>
 #include <cstdint>
 #include <string>
 #include <vector>
@@ -30,6 +31,9 @@ struct Callable {
   py::object owner;  ///< keeps the code of a compiled function alive
   /// Number of evaluations whose complex steps are still to be compared with differences.
   mutable int complex_checks = 3;
+  /// Increases at each begin of a solve or another computation. Results of earlier evaluations are then outdated, since
+  /// a function may read data that have changed.
+  mutable std::atomic<unsigned> computation = 0;
 
   Callable() = default;
   Callable(const Callable&) = delete;

@@ -21,6 +21,8 @@ py::tuple preintegrate(py::handle samples, const py::kwargs& given) {
   Vector<6> bias = Vector<6>::Zero();
   Earth earth;
   ImuHold hold = ImuHold::turning;
+  for (const char* required : {"accelerometer", "gyroscope", "accelerometer_bias_walk", "gyroscope_bias_walk"})
+    if (!given.contains(required)) throw py::type_error(std::string("preintegrate_imu: ") + required + " is missing");
   Options read("preintegrate_imu", given);
   read("mount", mount);
   read("accelerometer", noise.accelerometer);
@@ -35,6 +37,10 @@ py::tuple preintegrate(py::handle samples, const py::kwargs& given) {
   read("at_start", at_start);
   if (at_start) hold = ImuHold::at_start;
   read.finish();
+  for (const double sigma : {noise.accelerometer, noise.gyroscope, noise.accelerometer_bias_walk,
+                             noise.gyroscope_bias_walk, noise.integration})
+    if (!(sigma >= 0) || std::isinf(sigma))
+      throw BadInputError("preintegrate_imu: noises must be finite and not negative");
   ImuPreintegrator sum(mount, noise, bias, hold);
   const auto sample = [&](std::size_t i) {
     const double* x = rows.data() + 7 * i;

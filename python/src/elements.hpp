@@ -32,7 +32,7 @@ struct Group {
 
   /// Returns whether an object holds elements of this group.
   bool (*holds)(py::handle value);
-  /// Returns how many elements an object holds, and whether it is a single one.
+  /// Returns the number of elements of an object, and whether it is a single element rather than an array.
   std::pair<std::size_t, bool> (*count)(py::handle value);
   const void* (*element)(py::handle value, std::size_t i);
   /// Returns a Python object with copies of these elements.

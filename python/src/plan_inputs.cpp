@@ -18,6 +18,7 @@ template <int N>
 PyVehicleState step(const VehicleModel<N>& model, const Vehicle& vehicle, const PyVehicleState& from,
                     const Eigen::VectorXd& command, double dt, const Vector<3>& current) {
   require_positive(dt, "step");
+  if (!command.allFinite()) throw BadInputError("step: the command has an entry that is not finite");
   const VehicleState<N> to =
       VehicleStep<N>(model, dt)(with_idle<N>(from, vehicle), with_idle<N>(command, vehicle, "step"), current);
   return {to.pose, to.twist, to.actuators.head(Eigen::Index(vehicle.actuators.size()))};

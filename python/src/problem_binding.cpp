@@ -173,7 +173,7 @@ py::dict statistics(const PyProblem& self) {
 py::list block_variables_of(const PyProblem& self) {
   const Problem& problem = self.read();
   py::list list;
-  for (const Block& block : problem.blocks()) list.append(problem.linearization(block).variable_ids);
+  for (const Block& block : problem.blocks()) list.append(problem.variable_ids(block));
   return list;
 }
 
@@ -301,6 +301,7 @@ void bind_problem(py::module_& m) {
   c.def(
       "linearization",
       [](const PyProblem& self, const PyBlocks& b) {
+        self.forget_evaluations();
         const Problem::Linearization at = self.read().linearization(only(b, "linearization"));
         return py::make_tuple(at.residual, at.jacobian);
       },

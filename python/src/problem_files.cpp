@@ -14,13 +14,13 @@ namespace {
 
 std::string path_of(const py::object& path) { return py::str(py::module_::import("os").attr("fspath")(path)); }
 
-/// Returns the text of the problem without its Python residuals, and a list of these residuals. An entry of the list
-/// has the residual, the row of its data, the indices of its variables, and (noise, loss) or (lower, upper,
-/// multipliers).
+/// Returns the text of the problem without its Python residuals, a list of these residuals, and the reason why there
+/// are no multipliers. An entry of the list has the residual, the row of its data, the indices of its variables, and
+/// (noise, loss) or (lower, upper, multipliers).
 py::tuple pickled(const PyProblem& self) {
   const std::vector<PythonBlock> blocks = self.python_blocks();
   const Problem& problem = self.read();
-  if (blocks.empty()) return py::make_tuple(problem_text(problem));
+  if (blocks.empty()) return py::make_tuple(problem_text(problem), py::list(), self.no_multipliers);
   std::map<int, std::size_t> position;  // index of a variable, by its slot
   for (const PyVariable& x : variables_of(problem)) position.emplace(x.handle.slot, position.size());
   Problem rest = problem.copy();
@@ -38,13 +38,13 @@ py::tuple pickled(const PyProblem& self) {
     list.append(py::make_tuple(b.callable, b.row, variables, role));
     rest.remove(b.block);
   }
-  return py::make_tuple(problem_text(rest), list);
+  return py::make_tuple(problem_text(rest), list, self.no_multipliers);
 }
 
 std::shared_ptr<PyProblem> unpickled(const py::tuple& state) {
   auto self =
       std::make_shared<PyProblem>(std::make_shared<Problem>(parse_problem(state[0].cast<std::string>(), "pickle")));
-  if (state.size() == 1) return self;
+  self->no_multipliers = state[2].cast<std::string>();
   Problem& problem = self->change();
   const std::vector<PyVariable> all = variables_of(problem);
   for (const py::handle item : state[1].cast<py::list>()) {

@@ -1,5 +1,6 @@
 #include "problem_object.hpp"
 
+#include "callable.hpp"
 #include "python_error.hpp"
 
 namespace tandem::python {
@@ -25,6 +26,15 @@ std::shared_ptr<PyProblem> PyProblem::copy() const {
   return other;
 }
 
+void PyProblem::remember(PythonBlock block) {
+  if (callables_.empty() || callables_.back() != block.callable) callables_.push_back(block.callable);
+  python_blocks_.push_back(std::move(block));
+}
+
+void PyProblem::forget_evaluations() const {
+  for (const auto& callable : callables_) ++callable->computation;
+}
+
 std::vector<PythonBlock> PyProblem::python_blocks() const {
   std::vector<PythonBlock> present;
   for (const PythonBlock& block : python_blocks_)
@@ -35,6 +45,7 @@ std::vector<PythonBlock> PyProblem::python_blocks() const {
 PyProblem::Solve::Solve(PyProblem& problem) : problem_(problem) {
   if (problem.solving_.exchange(true)) raise("BusyError", "the problem is already being solved; solve a copy, or wait");
   problem.solver_ = std::this_thread::get_id();
+  problem.forget_evaluations();
 }
 
 PyProblem::Solve::~Solve() {

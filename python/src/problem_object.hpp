@@ -37,7 +37,9 @@ class PyProblem {
   /// Returns an independent copy.
   std::shared_ptr<PyProblem> copy() const;
   /// Remembers a block that problem files cannot hold.
-  void remember(PythonBlock block) { python_blocks_.push_back(std::move(block)); }
+  void remember(PythonBlock block);
+  /// Makes the next computation call all Python residuals again, since these may read data that have changed.
+  void forget_evaluations() const;
   /// Returns those blocks that are still in the problem.
   std::vector<PythonBlock> python_blocks() const;
 
@@ -69,6 +71,7 @@ class PyProblem {
  private:
   std::shared_ptr<Problem> problem_;
   std::vector<PythonBlock> python_blocks_;
+  std::vector<std::shared_ptr<const Callable>> callables_;  // of the blocks
   std::atomic<bool> solving_ = false;
   std::atomic<std::thread::id> solver_{};
 };

@@ -72,7 +72,7 @@ PythonResidualType python_residual_type(const Callable& callable, const std::vec
 }
 
 bool PythonResidual::is_known(const void* const* x, bool jacobians) const {
-  if (!has_rows_ || (jacobians && !has_jacobians_)) return false;
+  if (!has_rows_ || (jacobians && !has_jacobians_) || computation_ != callable_->computation) return false;
   const std::byte* known = x_.data();
   for (std::size_t s = 0; s < groups_->size(); known += (*groups_)[s]->size, ++s)
     if (std::memcmp(known, x[s], (*groups_)[s]->size) != 0) return false;
@@ -113,7 +113,10 @@ void PythonResidual::prepare(const detail::PoolBase& pool, bool jacobians) {
 
 void PythonResidual::call(const PythonResidual* const* residuals, const void* const* x, std::size_t count,
                           bool jacobians) {
-  for (std::size_t i = 0; i < count; ++i) residuals[i]->has_rows_ = residuals[i]->has_jacobians_ = false;
+  for (std::size_t i = 0; i < count; ++i) {
+    residuals[i]->has_rows_ = residuals[i]->has_jacobians_ = false;
+    residuals[i]->computation_ = residuals[i]->callable_->computation;
+  }
   const std::string& name = residuals[0]->callable_->name;
   try {
     try {

@@ -44,6 +44,7 @@ class PythonResidual {
   std::size_t row_;
   const std::vector<const Group*>* groups_;
   mutable bool has_rows_ = false, has_jacobians_ = false;
+  mutable unsigned computation_ = 0;      // Callable::computation of the last evaluation
   mutable std::vector<std::byte> x_;      // states of the last evaluation
   mutable std::vector<double> rows_, J_;  // J_: column-major, one state after the other
 };

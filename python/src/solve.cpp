@@ -1,3 +1,5 @@
+#include <pybind11/stl.h>
+
 #include <tandem/solvers/graduated.hpp>
 #include <tandem/solvers/option_fields.hpp>
 
@@ -20,6 +22,7 @@ Summary run(PyProblem& self, Solver options, const std::string& name, const py::
   Problem& problem = self.read();
   WatchedSolve watched(progress);
   watched.watch(options);
+  self.set_solved(false, "it raised an exception");  // unless it ends
   const Summary summary =
       watched.run([&] { return graduated ? solve_graduated(problem, options) : solve(problem, options); });
   self.set_solved(summary.converged(), summary.message);
@@ -79,6 +82,29 @@ void bind_solve(py::module_& m, py::class_<PyProblem, std::shared_ptr<PyProblem>
   });
   s.def("require_converged", &require_converged,
         "require_converged()\n\nRaise InfeasibleError or NumericalError unless the solve converged.");
+  s.def(py::pickle(
+      [](const Summary& x) {
+        std::vector<std::pair<std::string, std::vector<std::string>>> unobservable;
+        for (const UnobservableState& state : x.unobservable) unobservable.emplace_back(state.variable, state.directions);
+        return py::make_tuple(x.solver, int(x.status), x.message, unobservable, x.initial_cost, x.cost, x.max_violation,
+                              x.worst_constraint, x.iterations, x.evaluations, x.seconds);
+      },
+      [](const py::tuple& t) {
+        Summary x;
+        x.solver = t[0].cast<std::string>();
+        x.status = Status(t[1].cast<int>());
+        x.message = t[2].cast<std::string>();
+        for (auto& [variable, directions] : t[3].cast<std::vector<std::pair<std::string, std::vector<std::string>>>>())
+          x.unobservable.push_back({variable, directions});
+        x.initial_cost = t[4].cast<double>();
+        x.cost = t[5].cast<double>();
+        x.max_violation = t[6].cast<double>();
+        x.worst_constraint = t[7].cast<std::string>();
+        x.iterations = t[8].cast<int>();
+        x.evaluations = t[9].cast<int>();
+        x.seconds = t[10].cast<double>();
+        return x;
+      }));
   s.def("__repr__", [](const Summary& x) {
     return "<" + x.solver + ": " + std::string(name(x.status)) + ", cost " + std::string(py::str(py::float_(x.cost))) +
            ", " + std::to_string(x.iterations) + " iterations" + (x.converged() ? "" : "; " + x.message) + ">";

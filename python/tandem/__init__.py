@@ -45,6 +45,25 @@ from .studies import run_study
 from .vectors import Rn
 from . import _html, plot, testing
 
+__all__ = [
+    "__version__", "ActuatorLag", "at_least", "at_most", "BadInputError", "Bearing", "between", "Blocks",
+    "Boundary", "Bounds", "Bundle", "BusyError", "calibrate", "CalibratedNoise", "Calibration", "Cauchy",
+    "Coasting", "compare", "compiled_residual", "Cone", "ConstantTwist", "DampedTwist", "Depth", "DvlVelocity",
+    "equal_to", "Error", "Estimate", "estimate", "export", "FitReport", "FixedLag", "Gaussian", "GaussMarkov",
+    "GemanMcClure", "Gps", "Heading", "Huber", "import_log", "IncompleteWarning", "InfeasibleError", "info",
+    "InsideCone", "Interpolated", "LogRange", "Loss", "Marginals", "Miscalibrated", "MiscalibratedEgo",
+    "MisfitError", "MixedVelocity", "models", "navigate", "Navigation", "NotObservableError", "NumericalError",
+    "OnlineEstimator", "Plan", "plan", "Planner", "PlanResult", "plot", "predict_target", "preintegrate_imu",
+    "PreintegratedDvl", "PreintegratedImu", "Prior", "Problem", "Propagated", "R1", "R12", "R2", "R3", "R4", "R5",
+    "R6", "R8", "R9", "Range", "RangeBearing", "read_results", "read_scenario", "RelativePose",
+    "RelativeRotation", "rendezvous", "Residual", "residual", "ResidualError", "Results", "Rn", "RollPitch",
+    "run_study", "ScaledDvlVelocity", "Scenario", "SE2", "SE23", "SE3", "simulate", "SO2", "SO3", "SoftBound",
+    "solve_file", "SolveSummary", "StaleHandleError", "SteadyCourse", "Stopped", "StudentT", "study", "Summary",
+    "TargetPrediction", "testing", "track", "Tracker", "Trajectory", "Tukey", "tune", "TwistComponents",
+    "TwistKinematics", "UndefinedResidualError", "UsblPosition", "UsblSpherical", "Variable", "Variables",
+    "Vehicle", "VehicleState", "Visibility", "WhiteNoiseAcceleration", "WithBias",
+]
+
 setattr(Problem, "_repr_html_", lambda self: _html.problem(self))
 
 __version__ = _build.VERSION

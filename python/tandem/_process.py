@@ -32,7 +32,8 @@ def program(command: str) -> str:
     folder = pathlib.Path(__file__).parent / _build.COMMANDS_FROM_PACKAGE
     path = folder / f"tandem-{command}"
     if not path.exists():
-        # The package of the build folder consists of links, so the folder of this file may be that of the sources.
+        # In a build folder, the package consists of links. This file may then be in the source folder, without
+        # commands.
         path = pathlib.Path(_build.__file__).parent / _build.COMMANDS_FROM_PACKAGE / f"tandem-{command}"
     if not path.exists():
         raise Error(f"the program {path} is missing; build or install the command line of Tandem")
@@ -157,10 +158,12 @@ def _summary_of(output: str) -> Dict[str, Any]:
 
 def run(result_type: Any, command: str, positional: Sequence[Any], options: Mapping[str, Any], progress: bool) -> Any:
     """Runs a command and returns its result. Without the option `out`, its files are in a temporary folder."""
-    arguments, inputs = positional_words(positional)
+    given = [value for value in positional if value is not None or options.get("config") is None]
+    arguments, inputs = positional_words(given)
     chosen: Dict[str, Any] = dict(options)
     temporary = None
-    if has_option(command, "out") and chosen.get("out") is None and not chosen.get("list"):
+    lists = chosen.get("list") or (command == "study" and arguments[:1] in (["list"], ["show"]))
+    if has_option(command, "out") and chosen.get("out") is None and not lists:
         temporary = TemporaryFolder()
         chosen["out"] = temporary.path / "run"
     if command != "study" and "plots" in chosen and chosen["plots"] is None:
@@ -178,7 +181,7 @@ def run(result_type: Any, command: str, positional: Sequence[Any], options: Mapp
         how = f"was ended by signal {-status}" if status < 0 else f"ended with status {status}"
         raise Error(f"tandem {command} {how}: {message}")
     summary = _summary_of(output)
-    folder = pathlib.Path(chosen["out"]) if chosen.get("out") is not None else None
+    folder = pathlib.Path(chosen["out"]).absolute() if chosen.get("out") is not None else None
     if status == _INCOMPLETE and not summary and (folder is None or not folder.exists()):
         raise Error(message)
     result = result_type._of_run(command, summary, folder, temporary)

@@ -1,5 +1,7 @@
 """Exceptions of the package. They correspond to those of the C++ library."""
 
+import re
+
 __all__ = [
     "Error", "BadInputError", "StaleHandleError", "NumericalError", "UndefinedResidualError", "NotObservableError",
     "InfeasibleError", "ResidualError", "BusyError", "Stopped", "MisfitError", "IncompleteWarning",
@@ -38,7 +40,8 @@ class NotObservableError(NumericalError):
     def __init__(self, message: str, states: str = "") -> None:
         super().__init__(message)
         self.states = states
-        self.state, _, self.direction = states.split(";")[0].split(" (")[0].partition(" in ")
+        first = re.sub(r" \([^()]*\)$", "", states.split(";")[0])  # without the remedy
+        self.state, _, self.direction = first.rpartition(" in ")
 
 
 class InfeasibleError(NumericalError):

@@ -12,6 +12,8 @@ from ._core import Problem, PythonResidual, Variable, _twist_components, between
 from .errors import BadInputError
 from .vectors import Rn
 
+_FunctionPointer = ctypes.CFUNCTYPE(None).__base__  # base class of all function pointers of ctypes
+
 _JACOBIANS = ("given", "complex", "difference")
 
 
@@ -140,13 +142,10 @@ def compiled_residual(function: Any, *, dim: int, data: Any = None, name: Option
         data: array of shape (n, k) with one row for each block, or (k,) for all blocks.
         name: name in messages.
     """
-    address = getattr(function, "address", function)
-    if not isinstance(address, (int, np.integer)):
-        try:
-            address = ctypes.cast(function, ctypes.c_void_p).value
-        except (TypeError, ctypes.ArgumentError):
-            address = None
-    if not address:
+    address = getattr(function, "address", function)  # of a numba cfunc
+    if isinstance(function, (_FunctionPointer, ctypes.c_void_p)):
+        address = ctypes.cast(function, ctypes.c_void_p).value
+    if not isinstance(address, (int, np.integer)) or isinstance(address, bool) or address <= 0:
         raise BadInputError("compiled_residual: expected a numba cfunc, a ctypes function pointer or an address, not "
                             f"{type(function).__name__}")
     if not isinstance(dim, (int, np.integer)) or dim < 1:

@@ -8,8 +8,8 @@
 # OUTPUT is '-' if Tandem draws: the picture then goes to standard output, and FOLDER has tab-separated copies of the
 # files, since gnuplot cuts quoted cells at commas.
 #
-# Scripts use neither system() nor file names that start with '<', and text of files is no part of what they evaluate:
-# the files may come from others.
+# Scripts use neither system() nor file names that start with '<', and they never evaluate text from files, which may
+# come from others.
 
 name = ARG1
 do for [i = 1:strlen(ARG1)] { if (ARG1[i:i] eq '/') { name = ARG1[i + 1:*] } }

@@ -46,8 +46,8 @@ do for [i = 1:4] {
 }
 if (shown eq '') { exit }
 
-# Bounds of unobservable components are infinite, which gnuplot cannot draw. Where nothing is estimated, as the yaw of a
-# point, the band has no height: gnuplot would join it across missing rows.
+# Bounds of unobservable components are infinite, which gnuplot cannot draw. The band has no height
+# for components that are not estimated, such as the yaw of a point: gnuplot would join it across missing rows.
 shown_bound(i) = column(bound[i]) != column(bound[i]) ? 0 : column(bound[i]) > 10 * limit[i] ? 10 * limit[i] : column(bound[i])
 
 call here.'types.gp' errors

@@ -17,7 +17,7 @@ stats evidence using 'sigma' name 'e' nooutput
 if (n == 0 || !exists('e_records')) { exit }
 array title[n]; array given[n]; array found[n]; array identifiable[n]
 i = 0
-stats parameters using (i = i + 1, title[i] = strcol('parameter'), given[i] = column('given'), found[i] = column('found'), identifiable[i] = column('determined'), 1) nooutput
+stats parameters using (i = i + 1, title[i] = strcol('parameter'), given[i] = column('given'), found[i] = column('found'), identifiable[i] = column('identifiable'), 1) nooutput
 
 columns = 4
 rows = (n + columns - 1) / columns

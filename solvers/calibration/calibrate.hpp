@@ -38,7 +38,7 @@ struct CalibrationOptions {
   std::vector<MeasuredBlock> measured;
   /// Computes the integral of the priors more accurately, so that log_evidence can be compared between problems
   /// (calibrate_built()). The measurements keep 1e-16 of their given information, and a Newton step from the solution
-  /// gives the minimal prior cost. With hard constraints, that cost is left out.
+  /// gives the minimal prior cost. With hard constraints, that cost is omitted.
   bool absolute_evidence = false;
   /// Solves a problem, starting at the current values of its variables. Reports failure by a status that is not
   /// converged, or throws Error. Default: gauss_newton, or augmented_lagrangian if there are hard blocks. The problem is

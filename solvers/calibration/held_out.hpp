@@ -36,7 +36,7 @@ std::vector<HeldOutPrediction> predictions(std::span<Problem* const> problems,
                                            const std::vector<HeldOutMeasurement>& fold, std::size_t f,
                                            const std::vector<Gaussian>& noise, const Stop& stop);
 
-/// Returns the log likelihood of the predictions b minus the log likelihood of the predictions a.
+/// Returns the log-likelihood of the predictions b minus the log-likelihood of the predictions a.
 double log_likelihood_gain(const std::vector<HeldOutPrediction>& a, const std::vector<HeldOutPrediction>& b);
 
 /// Returns the standard error of the sum of the gains, from their sample variance; 0 for fewer than two.

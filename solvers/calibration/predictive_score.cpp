@@ -70,7 +70,8 @@ void add_folds(const std::vector<ScoredMeasurement>& all, const ScoreOptions& op
     if (!fold.held_out.empty()) folds.push_back(std::move(fold));
 }
 
-/// Adds folds that hold out everything after an origin. Origins divide the span of each recording.
+/// Adds folds for predictions ahead. Each fold has an origin in time and holds out all later measurements. The origins
+/// divide the time span of each recording into equal parts.
 void add_predictions_ahead(const std::vector<ScoredMeasurement>& all, const ScoreOptions& options,
                            std::vector<Fold>& folds) {
   std::map<int, std::pair<double, double>> spans;  // by problem

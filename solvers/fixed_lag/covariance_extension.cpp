@@ -19,7 +19,7 @@ bool contains(const std::vector<int>& ids, int id) { return std::find(ids.begin(
 /// error of the ratio times the squared relative change.
 constexpr double kMaxCancellation = 1e4;
 constexpr double kMaxVarianceReduction =
-    1e10;                           // maximum reduction of a variance by an update; beyond, rounding dominates
+    1e10;                           // maximum reduction of a variance by an update; above it, rounding dominates
 constexpr double kKnownRow = 1e-9;  // smaller variances of an exact row, relative to the largest one, are rounding
 
 /// Returns the Jacobian of a block with respect to these variables, side by side; 0 for fixed ones.
@@ -198,7 +198,7 @@ Eigen::MatrixXd CovarianceExtension::joint(const std::vector<int>& ids, const st
       if (!has(ids[k])) wider.append(ids[k], dofs[k]);
     wider = propagate(std::move(wider), known);
     if (wider.covariance.size() == 0)
-      throw NumericalError("fixed-lag: a covariance is lost to rounding because a direction is unobservable");
+      throw NumericalError("fixed-lag: no covariance, because rounding dominates in an unobservable direction");
   }
   const Joint& all = is_extended ? extended_ : wider;
   std::vector<int> rows;

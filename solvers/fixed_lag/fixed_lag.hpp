@@ -19,8 +19,8 @@ namespace tandem {
 ///
 /// Time and memory of an update are bounded. Variables that leave the window are replaced by a Gaussian prior on the
 /// remaining ones (Problem::marginalize). For linear problems, the estimate and covariance are thus exactly those of
-/// all data. For nonlinear problems they are approximate; the error is small if the oldest estimates in the window have
-/// settled.
+/// all data. For nonlinear problems they are approximate; the error is small if new data no longer change the oldest
+/// estimates in the window.
 ///
 ///   FixedLagOptions options;
 ///   options.window = 20.0;
@@ -37,10 +37,10 @@ namespace tandem {
 /// Hard blocks (Problem::subject_to) are equalities and inequalities on any variables in the window. An update then
 /// solves with the active set of the last one (detail::ActiveSetSolve), and with the augmented Lagrangian if that does
 /// not converge. Its status is infeasible if no estimate in the window satisfies the constraints. Rows that are active
-/// when a variable leaves count as equalities from then on; the others leave without trace (see Problem::marginalize).
-/// Thus linear-quadratic problems with equalities are solved exactly. With inequalities they are, while the active set
-/// at the old end of the window is that of all data. Covariances are those of the constrained problem: active rows have
-/// no variance.
+/// when a variable leaves count as equalities from then on; the others are removed without effect (see
+/// Problem::marginalize). Thus linear-quadratic problems with equalities are solved exactly. With inequalities they
+/// are, while the active set at the old end of the window is that of all data. Covariances are those of the constrained
+/// problem: active rows have no variance.
 class FixedLag {
  public:
   /// Throws BadInputError if an option is out of range.

@@ -107,8 +107,8 @@ void WarmSolve::try_step() {
   const double min_gain = options_.cost_tolerance * std::max(1.0, s.cost);
   const bool undamped_step = damping_.is_undamped();
   const bool last = undamped_step && predicted_ <= std::max(min_gain, 1e-14 * s.cost);
-  // A step with a large predicted gain is not the last one, so the Hessian is evaluated at once. The last step needs no
-  // more than the gradient.
+  // Another step follows a step with a large predicted gain, so the Hessian is evaluated together with the cost. If the
+  // step may be the last one, only the gradient is.
   const bool perhaps_last = undamped_step && predicted_ <= kModestGain * std::max(1.0, s.cost);
   const With with = last ? With::nothing : perhaps_last ? With::gradient : With::hessian;
   const double trial = cost_at_step(with), drop = s.cost - trial;

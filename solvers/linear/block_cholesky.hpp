@@ -72,7 +72,7 @@ class BlockCholesky {
   std::vector<Eigen::VectorXd> null_space(Eigen::VectorXd& values, double relative, int most,
                                           std::vector<int>* unknowns = nullptr);
   /// Returns the unknowns with pivots below `relative` times their original diagonal entry after null_space(), the
-  /// smallest ratio first, at most `most` of them. Pinned unknowns are left out.
+  /// smallest ratio first, at most `most` of them. Pinned unknowns are omitted.
   std::vector<int> small_pivots(double relative, int most) const;
 
  protected:  // for detail::SelectedInverse

@@ -73,8 +73,8 @@ class SelectedInverse : private BlockCholesky {
     return x;
   }
   /// Returns J S Jᵀ for rows J whose columns belong to these blocks, side by side. All pairs of the blocks must be in
-  /// the pattern. If J does not observe directions with large variances, follows the elimination tree instead of
-  /// adding large entries of S that cancel.
+  /// the pattern. If directions have large variances but J does not observe them, solves along the elimination
+  /// tree: a sum over entries of S would lose its digits by cancellation.
   Eigen::MatrixXd propagated(std::span<const int> blocks, const Eigen::MatrixXd& J) const;
   /// Returns the sum of the products of the diagonals of S and of the matrix of the last compute().
   double trace_of_product() const;

@@ -15,8 +15,8 @@ constexpr double kSameTime = 1e-3;           // s
 constexpr double kMaxStep = 1.0;             // Longest integration step [s].
 constexpr double kInitialSpeedSigma = 5.0;   // Standard deviation of the velocity at the first fix [m/s].
 constexpr double kInitialSlopeSigma = 0.01;  // Standard deviation of the slopes at the first fix.
-constexpr double kForgettingFactor = 0.85;   // Factor on the log likelihood of a hypothesis, per fix.
-// Limit of the log likelihood ratio of noise scales, so that each can recover.
+constexpr double kForgettingFactor = 0.85;   // Factor on the log-likelihood of a hypothesis, per fix.
+// Limit of the log-likelihood ratio of noise scales, so that each can recover.
 constexpr double kMaxDisadvantage = 30;
 constexpr double kNegligibleWeight = 1e-4;  // Relative weight below which predictions omit a noise scale.
 constexpr double kCourseFailed = 20;        // Log likelihood ratio at which a course is discarded.

@@ -45,7 +45,7 @@ std::optional<Rejection> OnlineEstimator::Streams::add_odometry(const Stamped<SE
       break;
     case OdometryScreen::Verdict::use:
       if (!was_frozen) break;
-      // The motion while the odometry was frozen is unknown, even its mean.
+      // Not even the mean motion is known for the time in which the odometry was frozen.
       if (window_->started())
         reset_window(TrackReset::Kind::suspended,
                      "odometry was frozen from " + seconds_text(odometry_.back().t) + " to " + seconds_text(pose.t));

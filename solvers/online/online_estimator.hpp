@@ -154,7 +154,7 @@ class OnlineEstimator {
 
   /// Chaser and target at an instant.
   struct Instant {
-    std::optional<MotionInstant> chaser, target;  ///< nothing outside of the keyframes of the window
+    std::optional<MotionInstant> chaser, target;  ///< nothing outside the keyframes of the window
   };
   /// Returns the states at t [s], between two keyframes of the window, by the interpolation of the motion priors
   /// (TrackingTrajectory, EgoTrajectory), with covariances unless the last update failed. Motion hypotheses do not

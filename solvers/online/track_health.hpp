@@ -46,7 +46,7 @@ void check(const ResetOptions& options);
 /// Counts of one sensor's measurements since the start.
 struct SensorHealth {
   std::string name;
-  std::size_t used = 0, rejected = 0;  ///< inside and outside of the gate
+  std::size_t used = 0, rejected = 0;  ///< inside and outside the gate
   std::size_t rejected_in_a_row = 0;
   std::optional<double> last_received, last_used;  ///< time of the newest measurement received, and used [s]
   std::optional<double> sigmas;                    ///< normalised innovation of the newest; empty if unknown

@@ -5,7 +5,7 @@
 namespace tandem {
 namespace {
 
-constexpr double kWideRangeFactor = 100;  // range of the commands without their limit, relative to the given range
+constexpr double kWideRangeFactor = 100;  // range of commands if their limit is off, as a multiple of the given range
 // Speed and turn rate of the pursuit without a twist limit, relative to the given ones.
 constexpr double kFastPursuitFactor = 10;
 

@@ -53,7 +53,7 @@ struct CalibratedConstant {
   std::vector<std::pair<double, double>> profile{};
 };
 
-/// Predictive log likelihood of the held-out measurements of one scenario.
+/// Predictive log-likelihood of the held-out measurements of one scenario.
 struct HeldOutScore {
   std::string scenario;
   int measurements = 0;
@@ -70,7 +70,7 @@ struct ScenarioCalibration {
   std::vector<Misfit> before, after;  ///< residual statistics with the given and with the calibrated noise
   int folds = 0;                      ///< 0: no cross-validation
   std::vector<HeldOutScore> scores;   ///< one per scenario
-  double gain = 0, gain_error = 0;    ///< gain in predictive log likelihood and its standard error
+  double gain = 0, gain_error = 0;    ///< gain in predictive log-likelihood and its standard error
   std::string why_not_validated;      ///< the reason if cross-validation failed
   double seconds = 0;
   bool cut_short = false;  ///< whether it was stopped early, and not cross-validated

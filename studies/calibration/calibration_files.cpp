@@ -48,7 +48,7 @@ CsvTable<CalibratedParameter> parameter_columns() {
       .add("found", "estimate, which maximises the marginal likelihood", [](const Row& r) { return r.found(); })
       .add("standard_error", "standard error of the estimate",
            [](const Row& r) { return r.found() * r.result.log_error; })
-      .add("determined",
+      .add("identifiable",
            "1: identifiable, the evidence falls on both sides; 0: not identifiable, or bounded on one side only",
            [](const Row& r) { return int(r.result.identifiable); })
       .add("flat_from", "lower end of the range in which the log profile evidence is within 2 of its maximum",

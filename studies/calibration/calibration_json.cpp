@@ -36,7 +36,7 @@ JsonFields<CalibratedParameter> parameter_fields() {
 JsonFields<SystematicErrorEstimate::HeldOut> held_out_gain_fields() {
   using H = SystematicErrorEstimate::HeldOut;
   return JsonFields<H>()
-      .add("gain", "increase of the log likelihood of held-out measurements by the constant",
+      .add("gain", "increase of the log-likelihood of held-out measurements by the constant",
            [](const H& h) { return h.gain; })
       .add("gain_error", "its standard error", [](const H& h) { return h.error; });
 }
@@ -85,8 +85,8 @@ JsonFields<HeldOutScore> score_fields() {
   return JsonFields<S>()
       .add("scenario", "name of the scenario", [](const S& s) { return s.scenario; })
       .add("measurements", "number of held-out measurements", [](const S& s) { return s.measurements; })
-      .add("given", "mean log likelihood of a measurement with the given noise", [](const S& s) { return s.given; })
-      .add("found", "mean log likelihood of a measurement with the calibrated noise",
+      .add("given", "mean log-likelihood of a measurement with the given noise", [](const S& s) { return s.given; })
+      .add("found", "mean log-likelihood of a measurement with the calibrated noise",
            [](const S& s) { return s.found; });
 }
 
@@ -94,7 +94,7 @@ JsonFields<ScenarioCalibration> held_out_fields() {
   using C = ScenarioCalibration;
   return JsonFields<C>()
       .add("folds", "number of folds; 0: none", [](const C& c) { return c.folds; })
-      .add("gain", "increase of the log likelihood of held-out measurements by the calibrated noise",
+      .add("gain", "increase of the log-likelihood of held-out measurements by the calibrated noise",
            [](const C& c) { return c.gain; })
       .add("gain_error", "its standard error", [](const C& c) { return c.gain_error; })
       .add("recommended", "whether the calibrated noise predicts better", [](const C& c) { return c.recommended(); })

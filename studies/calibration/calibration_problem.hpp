@@ -48,8 +48,9 @@ class CalibrationProblem {
  public:
   /// With a target, builds the problem of make_tracking_problem(); a chaser with its own sensors is navigated first.
   /// Without a target, builds the problem of make_navigation_problem(), with the result of navigate() as initial guess.
-  /// If `similar` is given, a navigation of the same recording with other noise or errors, its states are the initial
-  /// guess of the chaser, and its gross errors are left out. Throws the exceptions of these functions, and Stopped.
+  /// `similar` is a navigation of the same recording with other noise or errors. If it is given, its states are the
+  /// initial guess of the chaser, and its gross errors are rejected. Throws the exceptions of these functions, and
+  /// Stopped.
   CalibrationProblem(Scenario scenario, const TrackingOptions& target, const NavigationOptions& own,
                      const Stop& stop = {}, const EgoTrack* similar = nullptr);
 
@@ -62,7 +63,8 @@ class CalibrationProblem {
   double longest_without_fix = 0;
   /// Longest time between measured positions of the target, including the ends of the recording [s]; 0 without target.
   double longest_without_target_position = 0;
-  /// Number of the target's measurements that are left out as gross outliers, with TrackingOptions::robust_initial_guess.
+  /// Number of the target's measurements that are rejected as gross outliers, with
+  /// TrackingOptions::robust_initial_guess.
   std::size_t num_gross_outliers = 0;
   /// Sensors with systematic errors but without measurements.
   std::vector<std::string> without_measurements{};

@@ -62,7 +62,7 @@ std::string held_out_sentence(const ScenarioCalibration& c) {
   int n = 0;
   for (const HeldOutScore& score : c.scores) n += score.measurements;
   return fmt::format(
-      "{} measurements held out in {} folds: the calibrated noise changes their log likelihood by {:+.1f} ± {:.1f}. {}",
+      "{} measurements held out in {} folds: the calibrated noise changes their log-likelihood by {:+.1f} ± {:.1f}. {}",
       n, c.folds, c.gain, c.gain_error,
       c.recommended() ? "It predicts better: recommended." : "It does not predict better: keep the given noise.");
 }
@@ -90,7 +90,7 @@ std::string constants_table(const ScenarioCalibration& c) {
   return (c.parameters.empty() ? "" : "\n") + table.str() +
          "Scale factor errors are relative; misalignments in rad, delays in s, biases in the units of the "
          "measurement.\n" +
-         (validated ? "Held-out gain: increase of the log likelihood of held-out measurements by the constant.\n"
+         (validated ? "Held-out gain: increase of the log-likelihood of held-out measurements by the constant.\n"
                     : "") +
          systematic_errors_advice(verdicts);
 }
@@ -144,7 +144,7 @@ std::string report(const ScenarioCalibration& c) {
   text += "\n" + held_out_sentence(c) + "\n";
   for (const HeldOutScore& s : c.scores)
     text += fmt::format(
-        "  {}: log likelihood per measurement {:.3f} with the given noise, {:.3f} with the calibrated noise\n",
+        "  {}: log-likelihood per measurement {:.3f} with the given noise, {:.3f} with the calibrated noise\n",
         s.scenario, s.given, s.found);
   return text;
 }

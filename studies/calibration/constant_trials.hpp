@@ -11,7 +11,7 @@ namespace tandem {
 /// The improvement in predicting held-out measurements by a constant systematic error of a sensor.
 struct ConstantTrial {
   std::string name;       ///< SensorConstant::name
-  double gain = 0;        ///< increase of the log likelihood of all held-out measurements
+  double gain = 0;        ///< increase of the log-likelihood of all held-out measurements
   double gain_error = 0;  ///< standard error of the gain, from its variation over the folds
 };
 

@@ -10,12 +10,12 @@
 namespace tandem {
 
 /// Standardised residuals of one component of a sensor at the solution of a problem. Measurements with a robust weight
-/// below kDownweightThreshold are left out.
+/// below kDownweightThreshold are omitted.
 struct Misfit : ResidualSeries {
   std::string scenario, parameter;  ///< "usbl.x"
   std::string component;            ///< "x"
   bool angle = false;               ///< the component is an angle
-  int down_weighted = 0;            ///< number of measurements left out
+  int down_weighted = 0;            ///< number of omitted measurements
 
   /// Returns a sentence that names deviations from white noise and model terms that may explain them. Empty if there
   /// are none.

@@ -162,16 +162,17 @@ Command calibrate_command() {
         option.arguments("scenarios", "SCENARIO", "Further scenarios with the same sensors", request->more);
         option.group("Calibration");
         option("--free", "LIST",
-               "Parameters to calibrate, comma-separated (default: all noise that has residuals). Noise (usbl) or its "
+               "Parameters to calibrate, comma-separated (default: all noise with residuals). Noise (usbl) or its "
                "components (usbl.x), constant systematic errors (usbl.scale, camera.misalignment, dvl.delay), time "
                "constants (twist_time, velocity_time, lidar.time), degrees of freedom (usbl.dof)",
                request->free, parse_names);
-        option("--within", "FACTOR", "Standard deviation of the prior, as a factor on the given values (default 2)",
+        option("--within", "FACTOR", "Prior: one standard deviation is this factor on the given values (default 2)",
                request->within, parse_factor);
         option("--folds", "N", "Number of folds of the cross-validation, 0 for none (default 5)", request->folds,
                parse_count_or_zero);
         option("--time-limit", "SECONDS",
-               "Wall-clock time limit; shows the best estimates so far, but keeps noise that is not cross-validated",
+               "Wall-clock time limit; shows the best estimates so far, but keeps the given noise if the "
+               "cross-validation is incomplete",
                request->time_limit, parse_non_negative);
         add_threads(option);
         add_output(option, request->output,
@@ -181,7 +182,7 @@ Command calibrate_command() {
                "Write the noise to FILE, for --noise-from: calibrated values where recommended, else the given ones",
                request->noise_file, parse_noise_file);
         option.flag("--profiles",
-                    "Compute the evidence along each parameter, for --out. Takes several solves per parameter",
+                    "Also write the evidence along each parameter to DIR. Takes several solves per parameter",
                     request->profiles);
         return [request, &option] { return run_calibrate(*request, option); };
       },

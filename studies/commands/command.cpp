@@ -126,7 +126,7 @@ int run_and_report(const NamedCommand& command, int argc, const char* const* arg
   warn(fmt::format("{}: {}", error.path1().string(), error.code().message()));
   return kInvalidInput;
 } catch (const std::system_error& error) {  // e.g. no thread can be started
-  warn(fmt::format("the operating system refused a request: {}", error.code().message()));
+  warn(fmt::format("a call of the operating system failed: {}", error.code().message()));
   return kInvalidInput;
 } catch (const std::exception& error) {
   warn(error.what());

@@ -21,7 +21,7 @@ struct OptionInfo {
   /// sentence, `--help-all` and the reference show all.
   std::string help;
   std::string group;
-  bool advanced = false;  ///< `--help` leaves it out, `--help-all` shows it
+  bool advanced = false;  ///< `--help` hides it, `--help-all` shows it
   bool positional = false, required = false, repeatable = false;
 
   /// Returns "out": the key of a run file.
@@ -58,7 +58,7 @@ class CommandOptions {
     group_ = heading;
     advanced_ = false;
   }
-  /// Makes `--help` leave out the options that are added next, up to the next group() or everyday(). `--help-all` shows
+  /// Makes `--help` hide the options that are added next, up to the next group() or everyday(). `--help-all` shows
   /// them after the everyday options of the group.
   void advanced() { advanced_ = true; }
   /// Ends advanced().

@@ -21,7 +21,7 @@ struct ImportRequest {
 std::filesystem::path parse_map(const std::string&, const std::string& text) { return text; }
 
 int run_list(const ImportRequest& request, const Recording& recording) {
-  if (!request.output.folder_name.empty()) throw Error("--list writes no files; leave out --out");
+  if (!request.output.folder_name.empty()) throw Error("--list writes no files; remove --out");
   Results results;
   results.table = [&] { return stream_list(recording); };
   results.json = [&] { return stream_list_json(recording); };

@@ -96,8 +96,9 @@ Command models_command() {
         const auto request = std::make_shared<ModelsRequest>();
         option.footer(fmt::format(
             "A model is [MODEL][+CONSTRAINT[:VALUES][:soft|hard]]..., e.g. "
-            "constant-twist+non-holonomic:hard+surge:0,2.5:soft or all:hard. {} --surge and --yaw-rate set the limits "
-            "of models that give no values.",
+            "constant-twist+non-holonomic:hard+surge:0,2.5:soft or all:hard. {} all stands for the four "
+            "constraints before it; horizons:LIST is as --horizons. --surge and --yaw-rate set the limits of models "
+            "that give no values.",
             model_spec_words()));
         add_problem(option, request->problem, false);
         add_max_keyframes(option, request->problem);

@@ -60,7 +60,7 @@ int run_rendezvous_command(const RendezvousRequest& request) {
       vehicle, options, request.methods, request.seeds, [&](RendezvousMethod method, const RendezvousRun& run) {
         ++done;
         if (request.output.shows_progress())
-          warn(fmt::format("{}, seed {}: {} after {:.1f} s, {} of {} plans shifted", name(method), run.seed,
+          warn(fmt::format("{}, seed {}: {} after {:.1f} s, {} of {} plans are fallbacks", name(method), run.seed,
                            name(run.outcome), run.seconds, run.shifted, run.plans));
         return !interrupted();
       });
@@ -92,7 +92,7 @@ Command rendezvous_command() {
                    "Planning methods, comma-separated: decoupled, information, coupled, pursuit (default decoupled)",
                    request->methods, parse_methods);
             option("--seeds", "N", "Number of runs of each method (default 1)", request->seeds, parse_count);
-            option.set("--seed", "N", "Seed of the first run; it increases by 1 (default 1)",
+            option.set("--seed", "N", "Seed of the first run; each further run adds 1 (default 1)",
                        [&o](const std::string& name, const std::string& text) {
                          o.seed = static_cast<std::uint64_t>(parse_count(name, text));
                        });

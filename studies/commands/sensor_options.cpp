@@ -323,11 +323,9 @@ void add_sensors(CommandOptions& option, SensorOptions& sensors) {
                       return parse_setting<std::vector<double>>(name, text, parse_numbers);
                     });
   option.repeatable("--loss", "[WHICH=]NAME[:SCALE]",
-                    fmt::format("Robust loss: {} (default: all measurements). SCALE is in standard deviations (default "
-                                "1); for student-t, SCALE "
-                                "squared is the degrees of freedom plus the rows. WHICH is a sensor, "
-                                "SENSOR.orientation or orientation (of all "
-                                "sensors)",
+                    fmt::format("Robust loss of WHICH (default: all measurements): {}. SCALE is in standard deviations "
+                                "(default 1); for student-t, SCALE squared is the degrees of freedom plus the rows. "
+                                "WHICH is a sensor, SENSOR.orientation or orientation (of all sensors)",
                                 listed(loss_names(), "or")),
                     sensors.losses, [](const std::string& name, const std::string& text) {
                       return parse_setting_of_all<Loss>(

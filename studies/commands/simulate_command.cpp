@@ -174,7 +174,7 @@ Command simulate_command() {
             option("--grade", "NAME", "Grade of the sensors: mems or tactical (default mems)", dive.grade, parse_grade);
             option("--latitude", "DEG", "Latitude, for gravity and the rotation of the Earth [deg] (default 60)",
                    dive.latitude, parse_finite);
-            option("--keyframe-interval", "S", "keyframe_interval in scenario.yaml [s] (default 1)",
+            option("--keyframe-interval", "S", "Value of keyframe_interval to write to scenario.yaml [s] (default 1)",
                    dive.keyframe_interval, parse_finite);
             option("--surfacings", "N", "Number of surfacings for GPS fixes during the dive (default 0)",
                    dive.surfacings, parse_count);

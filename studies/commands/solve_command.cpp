@@ -71,7 +71,7 @@ JsonFields<Solved> solved_fields() {
       .add("solver", "name of the solver", [](const S& s) { return s.summary.solver; })
       .add("status", "converged, or why the solve ended", [](const S& s) { return name(s.summary.status); })
       .add("message", "explanation of the status", [](const S& s) { return s.summary.message; })
-      .add("unobservable", "states that the problem does not determine; empty if there are none",
+      .add("unobservable", "unobservable states; empty if there are none",
            [](const S& s) { return describe(s.summary.unobservable); })
       .add("initial_cost", "cost of the values in the file", [](const S& s) { return s.summary.initial_cost; })
       .add("cost", "final cost", [](const S& s) { return s.summary.cost; })

@@ -51,7 +51,7 @@ int print_help() {
       "  -h, --help  Print this help\n"
       "  --version   Print the version\n"
       "\nExit status: 0 success; 1 invalid input or usage, nothing is written; 2 a solve did not converge, the run was "
-      "stopped\nearly, or there is no usable result.\n"
+      "stopped\nearly, or there is no usable result; 3 the data do not fit the model (with --strict).\n"
       "Use tandem help COMMAND, or tandem COMMAND --help, for the help of a command.\n";
   print(text);
   return 0;

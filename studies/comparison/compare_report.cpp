@@ -16,8 +16,8 @@ using Align = TextTable::Align;
 
 constexpr std::size_t kMaxRows = 15;  // Rows of a summary.
 constexpr double kFeasible = 1e-6;    // Largest violation, in the units of the constraints.
-constexpr double kSameCost = 1e-6;  // Relative difference from the best cost within which solvers are compared in time.
-constexpr double kBest = 1e-8;      // Relative difference from the best cost within which a cost is shown as "best".
+constexpr double kSameCost = 1e-6;  // Solvers are ranked by time if their costs exceed the best one by less (relative).
+constexpr double kBest = 1e-8;      // A cost is shown as "best" if it exceeds the best one by less (relative).
 
 /// Returns whether the solve has a finite cost and satisfies its hard constraints.
 bool is_feasible(const ComparedSolve& s) {

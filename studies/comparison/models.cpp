@@ -73,7 +73,7 @@ Role take_role(const std::string& option, Part& part) {
   return parse_limits(fmt::format("{} {}: the role", option, printable(part.text)), last);
 }
 
-/// Throws Error if a part has values left.
+/// Throws Error if a part has more values than its name takes.
 void check_no_values_left(const std::string& option, const Part& part) {
   if (part.values.empty()) return;
   const auto known = std::find_if(kParts.begin(), kParts.end(), [&](const PartName& p) { return p.name == part.name; });

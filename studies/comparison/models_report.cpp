@@ -77,9 +77,9 @@ struct ModelRow {
   const ModelResult& result;
 };
 
-constexpr const char* kGainText = "predictive log likelihood of held-out measurements minus that of the best model";
+constexpr const char* kGainText = "predictive log-likelihood of held-out measurements minus that of the best model";
 
-/// Returns the log likelihood minus that of the best model, if both are known.
+/// Returns the log-likelihood minus that of the best model, if both are known.
 std::optional<ScoreGain> to_best(const std::vector<ModelResult>& results, const ModelResult& result) {
   const auto best = best_score(results);
   return best && result.score ? std::optional(score_gain(*results[*best].score, *result.score)) : std::nullopt;
@@ -107,7 +107,7 @@ CsvTable<ModelRow> model_columns() {
               m.orientation ? "mean orientation error over the keyframes of that type, as in errors.csv [deg]"
                             : "mean position error over the keyframes of that type, as in errors.csv [m]",
               [m](const ModelRow& r) { return m(r.result); });
-  table.add("score", "predictive log likelihood of held-out measurements; empty with truth",
+  table.add("score", "predictive log-likelihood of held-out measurements; empty with truth",
             [](const ModelRow& r) { return r.result.score ? CsvCell(r.result.score->total()) : CsvCell(); });
   return table.add("message", "explanation of the status", [](const ModelRow& r) { return r.result.message; });
 }
@@ -186,7 +186,7 @@ std::string models_report(const std::string& scenario, const std::vector<ModelRe
 
   const bool scored = best_score(results).has_value();
   std::vector<TextTable::Column> heads = {{"model", Align::left}, {"status", Align::left}, {"cost"}, {"seconds"}};
-  if (scored) heads.push_back({"held-out log likelihood"});
+  if (scored) heads.push_back({"held-out log-likelihood"});
   for (const Measure& m : columns) heads.push_back({m.keyframes() + " "});
   TextTable table(heads);
   for (const bool orientation : {false, true}) {
@@ -234,7 +234,7 @@ std::string models_report(const std::string& scenario, const std::vector<ModelRe
   if (columns.empty()) text += "\nErrors are not available: they need the truth of both chaser and target.\n";
   if (scored)
     text +=
-        "\nThe log likelihood is relative to the best model, ± its standard error. Costs of different models are not "
+        "\nThe log-likelihood is relative to the best model, ± its standard error. Costs of different models are not "
         "comparable.\n" +
         recommendation(results) + "\n";
   if (columns.empty()) return text;

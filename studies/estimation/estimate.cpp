@@ -81,7 +81,7 @@ void add_uncertainty(const Scenario& scenario, const Solver& solver, bool gradua
       robust ? outcomes_with_all(scenario, result.options, solver, graduated, stop) : std::vector<MeasurementOutcome>();
   if (robust && all.empty() && stop.reached()) {
     result.cut_short = result.why_no_uncertainty =
-        "cannot tell which held-out measurements are outliers: the solve with all measurements was stopped early";
+        "cannot determine which held-out measurements are outliers: the solve with all measurements was stopped early";
   }
   for (HeldOut& prediction : found.held_out) {
     const double t = scenario.data.sensors[prediction.sensor].measurements[prediction.index].t;

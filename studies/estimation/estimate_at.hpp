@@ -13,7 +13,7 @@ void add_pairs_at(const std::vector<double>& times, const TrackingProblem& track
                   const TrackingOptions& options, std::vector<Marginals::Pair>& pairs);
 
 /// Returns the states of a tracking problem at these times, in this order, with covariances unless `marginals` is null.
-/// A time outside of the keyframes has a note instead of a state. Throws Stopped if `stop` requests it.
+/// A time outside the keyframes has a note instead of a state. Throws Stopped if `stop` requests it.
 std::vector<StateAt> states_at(const std::vector<double>& times, const TrackingProblem& tracking,
                                const TrackingData& data, const TrackingOptions& options, const Marginals* marginals,
                                const Stop& stop = {});

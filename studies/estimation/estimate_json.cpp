@@ -83,7 +83,7 @@ JsonFields<Estimate> estimate_fields() {
       .add("solver", "name of the solver", [](const E& e) { return e.summary.solver; })
       .add("status", "converged, or why the solve ended", [](const E& e) { return name(e.summary.status); })
       .add("message", "explanation of the status", [](const E& e) { return e.summary.message; })
-      .add("unobservable", "states that the data do not determine; their standard deviations are infinite",
+      .add("unobservable", "unobservable states; their standard deviations are infinite",
            [](const E& e) { return if_given(state_names(e.summary.unobservable)); })
       .add("initial_cost", "cost of the initial guess", [](const E& e) { return e.summary.initial_cost; })
       .add("cost", "final cost", [](const E& e) { return e.summary.cost; })
@@ -114,7 +114,7 @@ JsonFields<Estimate> estimate_fields() {
                  for (const EgoSensorUse& s : e.ego_sensors) sensors.emplace_back(s.name, s);
                  return sensors;
                })
-      .add("findings", "sentences about implausible or missing data, and states that the data do not determine",
+      .add("findings", "sentences about implausible or missing data and about unobservable states",
            [](const E& e) {
              std::vector<std::string> texts;
              for (const NavigationFinding& finding : e.findings) texts.push_back(finding.text());
@@ -123,7 +123,7 @@ JsonFields<Estimate> estimate_fields() {
            })
       .add("dvl_scale", "estimated scale factor of the DVL, with --dvl-scale",
            [](const E& e) { return e.dvl_scale ? std::optional(1 + *e.dvl_scale) : std::nullopt; })
-      .add("splits", "gaps of the IMU without an inertial residual, from and to [s]",
+      .add("splits", "start and end of each gap of the IMU without an inertial residual [s]",
            [](const E& e) { return e.splits; })
       .add_map("held_out", "SENSOR", "with --hold-out: coverage of the held-out measurements, by sensor and of all",
                coverage_fields(),

@@ -27,7 +27,7 @@ struct KeyframeError {
   std::optional<Vector<3>> rotation_vector{};
 };
 
-/// Returns the true relative position t(C⁻¹T) at time t [m], or nothing outside of the time span of the truth. If the
+/// Returns the true relative position t(C⁻¹T) at time t [m], or nothing outside the time span of the truth. If the
 /// truth has positions only, `chaser_rotation` (the estimate) replaces the rotation of C.
 std::optional<Vector<3>> true_relative_position(const Scenario& scenario, double t, const SO3& chaser_rotation);
 

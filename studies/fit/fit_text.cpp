@@ -90,7 +90,7 @@ JsonFields<FitReport> fit_fields() {
       .add("verdict", "the verdict in words", [](const FitReport& f) { return f.verdict(); })
       .add("noise_far_too_large", "whether the cost is below a quarter of its expectation, so that the fit says little",
            [](const FitReport& f) { return f.noise_is_far_too_large(); })
-      .add("oversized", "noises that are too large for the residuals, with the factors; empty if none is",
+      .add("oversized", "noise entries that are too large for the residuals, with the factors; empty if there are none",
            [](const FitReport& f) { return f.oversized_noises(); })
       .add("cost", "cost of the problem", [](const FitReport& f) { return f.cost; })
       .add("expected_cost", "expected cost if the noise is as stated",

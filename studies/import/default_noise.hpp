@@ -13,7 +13,7 @@ struct DefaultNoise {
   const char* comment;
 };
 /// Returns the noise of a scenario with a target that the map does not give. Without odometry, the entries `prior` and
-/// `odometry` are left out.
+/// `odometry` are omitted.
 std::vector<DefaultNoise> missing_noise(const Import& import);
 /// Returns the noise of an IMU that its entry does not give, of the MEMS grade.
 std::vector<DefaultNoise> missing_imu_noise(const ImportSensor& sensor);

@@ -113,8 +113,8 @@ void check_clocks(const Sensors& sensors) {
     const double from = s->t(0), to = s->t(s->rows() - 1);
     if (from <= last && to >= first) continue;
     throw Error(
-        fmt::format("{} ({}) and {} ({}) do not overlap in time, so they are on two clocks: give the sensor's "
-                    "time another base (time: receive), unit, epoch or offset",
+        fmt::format("{} ({}) and {} ({}) do not overlap in time, so their clocks differ: in the map, change "
+                    "the base (time: receive), unit, epoch or offset of the sensor's time",
                     s->sensor().name, span_text(from, to), reference->sensor().name, span_text(first, last)));
   }
 }

@@ -73,7 +73,7 @@ class EntryReader {
     return same_type || key == "fields" || key == "axes";
   }
   bool has(const std::string& key) const { return (entry_.given && entry_.given->has(key)) || rule_has(key); }
-  /// Returns the section that has the key: the user's, else the rule.
+  /// Returns the section that has the key: that of the user's map if possible, otherwise that of the rule.
   const YamlSection& section(const std::string& key) const {
     return entry_.given && (entry_.given->has(key) || !rule_has(key)) ? *entry_.given : *entry_.rule;
   }
@@ -225,7 +225,7 @@ class EntryReader {
           require(has_quantity("position") || (has_quantity("latitude") && has_quantity("longitude")),
                   "position, or latitude and longitude");
           if (has_quantity("position") && has_quantity("latitude"))
-            fail("fields", fmt::format("{}: give either position or latitude and longitude", entry_.name));
+            fail("fields", fmt::format("{}: give `position`, or `latitude` and `longitude`, not both", entry_.name));
           break;
         case ImportPart::world_orientation:
         case ImportPart::body_orientation:
@@ -263,8 +263,8 @@ class EntryReader {
     const bool proper =
         o.size() == 3 && o.find_first_not_of("xyz") == std::string::npos && o[0] != o[1] && o[1] != o[2];
     if (!proper)
-      fail("euler_order", fmt::format("euler_order {} must be three of x, y and z, neighbours different, for example "
-                                      "zyx",
+      fail("euler_order", fmt::format("euler_order {} must have three letters, each x, y or z and different from "
+                                      "the one before, for example zyx",
                                       quote(o)));
   }
 

@@ -13,7 +13,7 @@ namespace tandem {
 /// the nearest keyframe. A straight line in time, fitted by least squares, gives the value at the keyframe, which has
 /// no error if the reading changes at a constant rate. EgoSensor::sigma becomes the standard deviation of these values,
 /// or that of the 10 % with the fewest readings if they differ. Readings that contradict the others of their keyframe
-/// are left out, and so are values with a far larger standard deviation.
+/// are rejected, and so are values with a far larger standard deviation.
 ///
 /// Has no effect with an IMU, or on its own result. `data` must be as check() leaves it. Returns one finding per
 /// averaged sensor, and one for its rejected readings.

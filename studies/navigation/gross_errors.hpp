@@ -25,7 +25,7 @@ class GrossErrors {
   /// Judges all measurements by their residuals at the solution. Returns whether the problem must be solved again.
   bool revise(const NavigationProblem& built);
   /// Removes the rejected measurements from a solved problem and from the data, and reports them. Returns the time
-  /// stamps [s] of those of each sensor.
+  /// stamps [s] of the removed measurements, by sensor.
   std::vector<std::vector<double>> remove(NavigationProblem& built, NavigationData& data,
                                           std::vector<NavigationFinding>& findings) const;
 

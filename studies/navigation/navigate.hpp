@@ -49,7 +49,7 @@ struct NavigationOptions {
   std::optional<Alignment> start{};  ///< Prior of the first state; if absent, align() computes it.
   /// Uses the white noise of the IMU samples if it is far above the stated noise (NavigationFinding::vibration).
   bool vibration = false;
-  /// Leaves out measurements that contradict the others (GrossErrors).
+  /// Rejects measurements that contradict the others (GrossErrors).
   bool reject_gross_errors = true;
   std::vector<double> at{};  ///< Times of Navigation::at [s].
   /// Called with the batch problem before each solve. Problems differ in delays and in the biases of the

@@ -31,7 +31,7 @@ struct SystematicErrorEstimate {
   double value = 0;        ///< Scale (the sensor reads 1 + value), misalignment [rad], delay [s], bias [sensor's unit].
   double prior_sigma = 0;  ///< Prior standard deviation.
   double sigma = 0;        ///< Posterior standard deviation; 0 if unknown.
-  /// Gain in log likelihood of held-out measurements by estimating this error, and its standard error.
+  /// Gain in log-likelihood of held-out measurements by estimating this error, and its standard error.
   struct HeldOut {
     double gain, error;
   };

@@ -170,7 +170,7 @@ JsonFields<Study> navigation_fields() {
              for (const NavigationFinding& finding : s.navigation.findings) texts.push_back(finding.text());
              return texts;
            })
-      .add("splits", "gaps of the IMU without an inertial residual, from and to [s]",
+      .add("splits", "start and end of each gap of the IMU without an inertial residual [s]",
            [](const Study& s) { return s.navigation.splits; })
       .add_map("errors", "KEYFRAMES", "errors against the truth: all, and after_Ns with --after", error_fields(),
                [](const Study& s) {

@@ -20,7 +20,7 @@ namespace tandem {
 namespace {
 
 constexpr std::size_t kLongestLine = 4096;
-constexpr int kPollTimeout = 100;                            // ms, after which a waiting feed checks whether to stop
+constexpr int kPollTimeout = 100;                            // ms between checks for a stop while waiting
 constexpr double kMaxImuPeriod = 1, kMaxOdometryPeriod = 5;  // s
 const std::string kWrongClock = "time jumps away from all other streams";
 

@@ -8,8 +8,9 @@
 
 namespace tandem {
 
-/// Standard deviation [m] from which a position counts as unobserved: the present position, and a predicted one, whose
-/// uncertainty grows with time. The window's prior on unobserved positions has 1e6 m.
+/// A position counts as unobserved from this standard deviation [m] on: the first limit is for the present position,
+/// the second for predictions, whose uncertainty grows with time. The window's prior on unobserved positions has a
+/// standard deviation of 1e6 m.
 inline constexpr double kUnobserved = 1e4, kUnobservedAhead = 3e5;
 
 /// Returns the standard deviation of a position [m] as printed and written: infinite if no measurement observes it.

@@ -30,7 +30,7 @@ struct TrackOptions {
   std::function<void(TrackSnapshot)> on_snapshot{};
   double snapshot_every = 10;
   std::function<void(const std::string&)> on_notice{};  ///< receives one sentence per event: resets, clock corrections
-  /// Receives the sensor and a sentence for each line whose value is missing, not believed or outside of the gate.
+  /// Receives the sensor and a sentence for each line whose value is missing, implausible or outside the gate.
   std::function<void(const std::string&, const std::string&)> on_rejected_value{};
 };
 

@@ -200,9 +200,9 @@ JsonFields<Line> line_fields() {
            "translation [m] then the rotation vector [rad] in its body's axes; of a target without orientation, its "
            "position in the scenario's axes; in the plane x, y and the heading. Motion hypotheses do not affect it",
            [](const L& l) { return covariance_rows(l, LineCovariance::joint, 0, l.record.live.covariance.rows()); })
-      .add("chaser_covariance", "its block of the chaser, with --covariance blocks",
+      .add("chaser_covariance", "block of the chaser in the joint covariance, with --covariance blocks",
            [](const L& l) { return covariance_rows(l, LineCovariance::blocks, 0, l.record.live.chaser_rows); })
-      .add("target_covariance", "its block of the target, with --covariance blocks",
+      .add("target_covariance", "block of the target in the joint covariance, with --covariance blocks",
            [](const L& l) {
              const Eigen::Index chaser = l.record.live.chaser_rows;
              return covariance_rows(l, LineCovariance::blocks, chaser, l.record.live.covariance.rows() - chaser);

@@ -65,8 +65,8 @@ CsvTable<TrackRow> track_columns(const std::vector<double>& ahead, const std::ve
       .add("suspensions", "number of suspensions so far: chaser or target was not measured for --max-gap",
            [](const TrackRow& r) { return r.record.health.suspensions; })
       .add("chaser_output",
-           "aided; lost: no aiding measurement for --lost-after; invalid: none, or no converged update, for "
-           "--invalid-after; unconfirmed: reset to a sensor that contradicted the estimate, and that no other confirms",
+           "aided; lost: no aiding measurement for --lost-after; invalid: no aiding measurement or no converged update "
+           "for --invalid-after; unconfirmed: reset to a sensor that contradicted the estimate; no other confirms it",
            [](const TrackRow& r) { return name(r.record.health.chaser.state); })
       .add("target_output", "as chaser_output; none: there is no target yet",
            [](const TrackRow& r) { return name(r.record.health.target.state); });

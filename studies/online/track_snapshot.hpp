@@ -48,8 +48,8 @@ std::vector<std::string> streams_of(const Scenario& settings, const FeedStreams&
 
 /// Serialises a snapshot, with format version and checksum.
 std::string bytes_of(const TrackSnapshot& snapshot);
-/// Parses the bytes of a snapshot. Throws Error, with the name `file`, if they are damaged, of another format version,
-/// or no snapshot.
+/// Parses the bytes of a snapshot. Throws Error, with the name `file`, if they are damaged, have another format
+/// version, or are not a snapshot.
 TrackSnapshot parse_snapshot(std::string_view bytes, const std::string& file);
 /// Reads a snapshot file; returns nothing if there is none. Throws Error as parse_snapshot(), and if the snapshot does
 /// not match the scenario.

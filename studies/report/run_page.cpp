@@ -127,7 +127,7 @@ void add_remarks(const RunRecord& run, HtmlPage& page) {
     return fmt::format("{}: {} lines rejected: {}.", of.value("sensor", ""), count_text(of, "lines"),
                        of.value("why", ""));
   });
-  for (const auto& [key, format] : {std::pair{"unobservable", "Not determined by the data: {}."},
+  for (const auto& [key, format] : {std::pair{"unobservable", "Unobservable: {}."},
                                     {"contradiction", "{}"},
                                     {"unmeasured_orientation", "{}"},
                                     {"truth_aligned", "{}"},

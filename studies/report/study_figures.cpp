@@ -24,7 +24,7 @@ constexpr FigureMetric kFigureMetrics[] = {
     {"gap_position_m", "Errors within gaps", "mean error", "m"},
     {"after_gap_position_m", "Errors in the 10 s after gaps", "mean error", "m"},
     {"chaser_position_m", "Errors of the chaser's position", "mean error", "m"},
-    {"chaser_outage_position_m", "Errors while the DVL is out", "mean error", "m"},
+    {"chaser_outage_position_m", "Errors during DVL outages", "mean error", "m"},
     {"chaser_orientation_deg", "Errors of the chaser's orientation", "mean error", "°"},
     {"dock_s", "Time until docked", "time", "s"},
     {"dock_miss_m", "Least distance from the dock", "distance", "m"}};

@@ -206,7 +206,7 @@ TrialResult run_trial(const Study& study, std::size_t trial, const std::atomic<b
     add_errors(errors, result);
     add_gap_errors(errors, problem.gaps, kAfterGap, result);
     result.set("correlation_time_s", correlation_time(errors));
-  } catch (const std::bad_alloc&) {  // depends on the machine, not on the trial
+  } catch (const std::bad_alloc&) {  // A lack of memory depends on the machine, not on the trial.
     throw;
   } catch (const std::exception& error) {  // becomes a row of the study
     if (result.status.empty() || result.status == "converged") result.status = "refused";

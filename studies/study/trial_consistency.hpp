@@ -14,7 +14,7 @@ namespace tandem {
 ///     NIS = rᵀ (R − H P Hᵀ)⁻¹ r.
 ///
 /// This is the leave-one-out NIS: the measurement is predicted by all others. Measurements that a robust loss
-/// downweights do not count. Keyframes at which a hard constraint makes the covariance singular have no NEES.
+/// down-weights do not count. Keyframes at which a hard constraint makes the covariance singular have no NEES.
 /// Throws Error if the problem is rank deficient.
 /// Source: Bar-Shalom, Li & Kirubarajan 2001, "Estimation with Applications to Tracking and Navigation", §5.4.2.
 void add_consistency(TrackingProblem& tracking, const Scenario& scenario, TrialResult& result);

@@ -63,7 +63,7 @@ CsvTable<ModelStep> step_columns() {
   table
       .add("change", "options of the command line; `without` resets an option",
            [](const ModelStep& s) { return describe(s.change.settings); })
-      .add("gain", "gain in predictive log likelihood over the model at that step",
+      .add("gain", "gain in predictive log-likelihood over the model at that step",
            [](const ModelStep& s) { return s.gain.gain; })
       .add("standard_error", "standard error of the gain, by blocks of time",
            [](const ModelStep& s) { return s.gain.standard_error; })
@@ -77,7 +77,7 @@ CsvTable<ModelStep> step_columns() {
 JsonFields<ModelStep> step_fields() {
   return JsonFields<ModelStep>()
       .add("change", "options of the command line", [](const ModelStep& s) { return describe(s.change.settings); })
-      .add("gain", "gain in predictive log likelihood", [](const ModelStep& s) { return s.gain.gain; })
+      .add("gain", "gain in predictive log-likelihood", [](const ModelStep& s) { return s.gain.gain; })
       .add("standard_error", "standard error of the gain", [](const ModelStep& s) { return s.gain.standard_error; })
       .add("verdict", "kept, removed, needed, not better, inconsistent or impossible",
            [](const ModelStep& s) { return std::string(name(s.verdict)); })
@@ -94,7 +94,7 @@ JsonFields<Tuning> tune_fields() {
       .add("model", "the selected model in one sentence", [](const Tuning& t) { return tuned_model(t); })
       .add("options", "options of the selected model, as words of a command line",
            [](const Tuning& t) { return words_of(t.selection.settings); })
-      .add("gain", "gain in predictive log likelihood over the model from which the search starts",
+      .add("gain", "gain in predictive log-likelihood over the model from which the search starts",
            [](const Tuning& t) { return t.selection.gain.gain; })
       .add("standard_error", "standard error of the gain",
            [](const Tuning& t) { return t.selection.gain.standard_error; })
@@ -123,7 +123,7 @@ std::string tuned_model(const Tuning& t) {
   if (changes.empty()) return "The given model predicts best; nothing is changed.";
   if (t.selection.settings == t.start)
     return fmt::format("Needed: {}; no further change predicts better.", describe(changes));
-  return fmt::format("Predicts best: {} (gain {:+.1f} ± {:.1f} in predictive log likelihood).", describe(changes),
+  return fmt::format("Predicts best: {} (gain {:+.1f} ± {:.1f} in predictive log-likelihood).", describe(changes),
                      t.selection.gain.gain, t.selection.gain.standard_error);
 }
 

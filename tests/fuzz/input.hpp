@@ -58,15 +58,20 @@ inline bool is_printable(std::string_view text) {
   return true;
 }
 
+/// Numbers of inputs that accepts() has seen.
+inline int accepted = 0, rejected = 0;
+
 /// Runs f() and returns whether it succeeded. The message of an Error must be one printable line.
 template <class F>
 bool accepts(F f) {
   try {
     f();
+    ++accepted;
     return true;
   } catch (const Error& error) {
     expect(error.what()[0] != '\0', "an error has a message");
     expect(is_printable(error.what()), "an error's message is one printable line");
+    ++rejected;
     return false;
   }
 }

@@ -7,7 +7,7 @@
 
 #include "fuzz/input.hpp"
 
-// Runs a fuzz target on each file of a folder once, for compilers without libFuzzer.
+// Runs a fuzz target on each file of a folder once, for compilers without libFuzzer. Fails if no file is valid input.
 //   replay_TARGET FOLDER
 int main(int count, char** arguments) {
   if (count != 2) {
@@ -24,5 +24,9 @@ int main(int count, char** arguments) {
     LLVMFuzzerTestOneInput(reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size());
   }
   if (files.empty()) std::cerr << arguments[1] << " contains no file\n";
-  return files.empty() ? 1 : 0;
+  using tandem::fuzz::accepted, tandem::fuzz::rejected;
+  std::cout << accepted << " inputs accepted, " << rejected << " rejected\n";
+  const bool outdated = accepted == 0 && rejected > 0;
+  if (outdated) std::cerr << arguments[1] << " has no valid input; was the format changed?\n";
+  return files.empty() || outdated ? 1 : 0;
 }

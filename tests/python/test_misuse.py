@@ -139,3 +139,29 @@ def test_temporaries_stay_alive():
     marginals = (lambda: (lambda p: (p.minimize(tandem.Prior(R1([0.0])), 1.0, p.add(R1([0.0]), "z")),
                                      tandem.Marginals(p))[1])(tandem.Problem()))()
     assert repr(marginals)
+
+
+@pytest.mark.parametrize("call, message", [
+    (lambda: tandem.preintegrate_imu(SAMPLES), "accelerometer is missing"),
+    (lambda: tandem.preintegrate_imu(SAMPLES, **{**NOISE, "gyroscope": np.nan}), "gyroscope|noises"),
+    (lambda: tandem.preintegrate_imu(SAMPLES, **{**NOISE, "accelerometer": -1e-3}), "not negative"),
+    (lambda: tandem.predict_target(SE3(), SE3(), 1.0, noise=-np.ones(6), step=1.0, steps=1), "not be negative"),
+    (lambda: tandem.predict_target(SE3(), SE3(), 1.0, noise=np.ones(6), step=1.0, steps=-3), "not be negative"),
+    (lambda: tandem.predict_target(SE3(), SE3(), 1.0, noise=np.ones(6), step=1.0, steps=1, covariance=-np.eye(12)),
+     "negative variance"),
+])
+def test_bad_numbers_of_sensors_and_predictions_are_refused(call, message):
+    with pytest.raises((tandem.BadInputError, TypeError, ValueError), match=message):
+        call()
+
+
+def test_names_with_parentheses_and_prepositions_are_kept_in_errors():
+    error = tandem.NotObservableError("no", "camera (left) in use 4 in x, y (add a residual, or fix it); b in x")
+    assert (error.state, error.direction) == ("camera (left) in use 4", "x, y")
+
+
+def test_a_problem_is_displayed_although_a_residual_is_undefined():
+    p = tandem.Problem()
+    x, y = p.add(SE3(), "x"), p.add(R3(np.zeros(3)), "y")
+    p.minimize(tandem.Bearing([1.0, 0, 0]), 0.1, [x, y])
+    assert "<svg" in p._repr_html_()

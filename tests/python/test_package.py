@@ -130,3 +130,9 @@ def test_notebooks(notebook, tmp_path):
     assert output.returncode == 0, output.stderr[-3000:]
     cells = json.loads((tmp_path / notebook.name).read_text())["cells"]
     assert any(cell.get("outputs") for cell in cells)
+
+
+def test_public_names_are_exported():
+    public = {name for name in dir(tandem) if not name.startswith("_")
+              and (not isinstance(getattr(tandem, name), type(sys)) or name in ("plot", "testing"))}
+    assert public | {"__version__"} == set(tandem.__all__)

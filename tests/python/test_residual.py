@@ -367,3 +367,24 @@ def test_data_are_copied_and_finite():
     assert q.cost() == pytest.approx(2.5)
     with pytest.raises(tandem.BadInputError, match="NaN"):
         tandem.residual(lambda x, d: x, dim=1, batched=True, data=np.array([0.0, np.nan]))
+
+
+@pytest.mark.parametrize("batched", [False, True])
+def test_data_that_a_residual_reads_may_change_between_computations(batched):
+    reference, gain = np.array([0.0]), [1.0]
+    p = tandem.Problem()
+    x = p.add(tandem.R1([0.0]), "x")
+    block = p.minimize(tandem.residual(lambda x: gain[0] * (x - reference), dim=1, batched=batched), 1.0, x)
+    p.solve()
+    reference[0] = 1.0
+    assert p.cost() == 0.5
+    assert p.linearization(block)[0] == -1.0
+    assert p.solve().converged and p.value(x).vector == pytest.approx([1.0])
+    gain[0] = 10.0
+    assert tandem.Marginals(p).covariance(x) == pytest.approx(np.array([[0.01]]))
+
+
+@pytest.mark.parametrize("function", ["my_function", b"my_function", True, ctypes.c_char_p(b"my_function"), -1])
+def test_only_pointers_to_functions_are_compiled_residuals(function):
+    with pytest.raises(tandem.BadInputError, match="compiled_residual: expected"):
+        tandem.compiled_residual(function, dim=1)

@@ -384,3 +384,36 @@ def test_newer_numpy_is_refused_in_one_sentence(tmp_path):
                             env={**os.environ, "PYTHONPATH": str(package.parent)})
     assert output.returncode != 0
     assert "does not support NumPy 2.1.0" in output.stderr.splitlines()[-1]
+
+
+def test_forks_keep_the_files_of_a_result():
+    script = ("import os, sys, tandem\n"
+              "result = tandem.estimate('docking_a', max_keyframes=50)\n"
+              "if os.fork() == 0: sys.exit(0)\n"
+              "os.wait()\n"
+              "assert len(result.target.t) == 50\n")
+    subprocess.run([sys.executable, "-c", script], check=True)
+
+
+def test_tracks_are_read_as_they_were_returned(tmp_path):
+    result = tandem.track("docking_a", until=60.0, out=tmp_path / "run")
+    again = tandem.read_results(tmp_path / "run")
+    assert type(again) is type(result) and len(again.target.t) == len(result.target.t) > 0
+
+
+def test_studies_can_be_listed():
+    assert tandem.study("list").summary
+
+
+def test_run_files_name_their_scenario(tmp_path):
+    first = tandem.estimate("docking_a", max_keyframes=50, out=tmp_path / "run")
+    assert tandem.estimate(config=tmp_path / "run" / "run.yaml").summary.cost == first.summary.cost
+    with pytest.raises(tandem.BadInputError, match="expected a path"):
+        tandem.estimate()
+
+
+def test_results_stay_readable_after_a_change_of_folder(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    result = tandem.estimate("docking_a", max_keyframes=50, out="run")
+    monkeypatch.chdir("/")
+    assert len(result.target.t) == 50

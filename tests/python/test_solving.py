@@ -1,5 +1,6 @@
 """Solves and covariances: failures, interrupts and the exit of the interpreter."""
 
+import pickle
 import subprocess
 import sys
 import time
@@ -108,3 +109,44 @@ def test_exit_while_an_object_is_alive(made):
     output = subprocess.run([sys.executable, "-c", f"import tandem\nkept = {made}\nprint('end')"],
                             capture_output=True, text=True, timeout=30)
     assert output.returncode == 0 and output.stdout == "end\n", output.stderr
+
+
+def test_multipliers_belong_to_the_last_solve():
+    fails = [False]
+
+    def residual(x):
+        if fails[0]:
+            raise RuntimeError("broken")
+        return x - 2.0
+
+    p = tandem.Problem()
+    x = p.add(R1([0.0]), "x")
+    p.minimize(tandem.residual(residual, dim=1), 1.0, x)
+    bound = p.subject_to(tandem.Prior(R1([0.0])), tandem.at_most(1.0), x)
+    p.solve()
+    fails[0] = True
+    with pytest.raises(tandem.ResidualError):
+        p.solve()
+    with pytest.raises(tandem.NumericalError, match="raised an exception"):
+        p.multipliers(bound)
+
+
+def test_unsolved_problems_have_no_multipliers_after_pickling():
+    p = tandem.Problem()
+    x = p.add(R1([0.0]), "x")
+    p.minimize(tandem.Prior(R1([2.0])), 1.0, x)
+    p.subject_to(tandem.Prior(R1([0.0])), tandem.at_most(1.0), x)
+    q = pickle.loads(pickle.dumps(p))
+    with pytest.raises(tandem.NumericalError, match="not been solved"):
+        q.multipliers(q.blocks[1])
+    q.solve()
+    assert pickle.loads(pickle.dumps(q)).multipliers(q.blocks[1]) == pytest.approx([1.0])
+
+
+def test_summaries_are_pickled():
+    p = tandem.Problem()
+    x = p.add(SE3(), "x")
+    p.minimize(tandem.Range(1.0), 1.0, [x, p.add(tandem.R3([2.0, 0, 0]), "y")])
+    summary = p.solve()
+    again = pickle.loads(pickle.dumps(summary))
+    assert repr(again) == repr(summary) and again.unobservable == summary.unobservable and summary.unobservable

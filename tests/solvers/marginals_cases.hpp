@@ -57,7 +57,7 @@ struct DenseMarginals {
 /// largest entry if the variances are zero.
 struct Comparison {
   double error = 0;
-  int pairs = 0, outside = 0;  ///< pairs compared, and those outside of the pattern
+  int pairs = 0, outside = 0;  ///< pairs compared, and those outside the pattern
 };
 template <class... Xs>
 Comparison compare(Problem& problem, const std::vector<Xs>&... lists) {

@@ -103,7 +103,7 @@ TEST(Marginals, JointConsistsOfTheBlocks) {
   MixedCosts mixed;
   const Marginals marginals(mixed.problem);
   const auto& v = mixed.v;
-  const Matrix<9, 9> joint = marginals.joint(v.p, v.a);  // outside of the pattern
+  const Matrix<9, 9> joint = marginals.joint(v.p, v.a);  // outside the pattern
   EXPECT_TRUE((joint.topLeftCorner<3, 3>() == marginals.covariance(v.p)));
   EXPECT_TRUE((joint.topRightCorner<3, 6>() == marginals.cross_covariance(v.p, v.a)));
   EXPECT_TRUE((joint.bottomLeftCorner<6, 3>().isApprox(marginals.cross_covariance(v.a, v.p), 1e-12)));
@@ -140,7 +140,7 @@ TEST(Marginals, StoreNamedPairs) {
     EXPECT_TRUE(named.in_pattern(a, b)) << k;
     EXPECT_TRUE((named.joint(a, b).isApprox(plain.joint(a, b), kTolerance))) << k;
   }
-  EXPECT_GT(outside, n / 2) << "most pairs must be outside of the pattern";
+  EXPECT_GT(outside, n / 2) << "most pairs must be outside the pattern";
   EXPECT_THROW(Marginals(graph.problem, std::vector<Marginals::Pair>{{0, 1000}}), Error);
 }
 

@@ -54,7 +54,7 @@ TEST_P(TrackingTrajectoryOf, FollowsConstantTwists) {
   }
   EXPECT_TRUE(trajectory.at(1.3).target.covariance.size() == 0);
   EXPECT_THAT([&] { trajectory.at(99.0); },
-              ThrowsMessage<BadInputError>(HasSubstr("the time 99.000000 s is outside of the trajectory")));
+              ThrowsMessage<BadInputError>(HasSubstr("the time 99.000000 s is outside the trajectory")));
 }
 
 INSTANTIATE_TEST_SUITE_P(All, TrackingTrajectoryOf,

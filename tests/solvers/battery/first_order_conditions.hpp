@@ -9,9 +9,9 @@ namespace tandem::testing {
 /// First-order (Karush–Kuhn–Tucker) conditions of a problem at its present values. Gradients and Jacobians are dense,
 /// and assembled from the blocks of the problem without the code of the solvers.
 struct FirstOrderConditions {
-  /// Computes all members. The standard deviation of an unknown is that by the cost alone, with at least the part
-  /// `least_curvature` of the largest curvature. A row is active if a step of 1e-4 standard deviations reaches its
-  /// bound.
+  /// Computes all members. The standard deviation of an unknown is 1/√curvature of the cost. Curvatures below
+  /// `least_curvature` times the largest one count as that value. A row is active if a step of 1e-4 standard deviations
+  /// reaches its bound.
   explicit FirstOrderConditions(Problem& problem, double least_curvature = 1e-12);
 
   /// Least residual of g + Jᵀ y = 0 over the multipliers y, which must be those of active rows and have the signs of

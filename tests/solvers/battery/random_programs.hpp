@@ -5,7 +5,7 @@
 
 #include "solvers/random_problems.hpp"
 
-/// Provides random nonconvex programs that are hard in one way each.
+/// Provides random nonconvex problems, each with one kind of difficulty.
 namespace tandem::testing {
 
 enum class Difficulty {

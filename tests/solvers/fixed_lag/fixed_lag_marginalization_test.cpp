@@ -10,7 +10,7 @@
 #include "biased_step.hpp"
 #include "seconds_of.hpp"
 
-/// Tests which variables leave the window, and when: only old ones, and only after their estimate has settled.
+/// Tests which variables leave the window, and when: only old ones, and only after their estimate no longer changes.
 namespace tandem::testing {
 namespace {
 

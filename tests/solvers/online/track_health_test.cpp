@@ -49,7 +49,8 @@ TEST(TrackHealth, AnotherSensorOfTheSameSubjectConfirmsTheEstimate) {
   EXPECT_TRUE(other.must_reset_to(kUsbl)) << "a depth sensor has another subject";
 }
 
-/// A receiver in use that steps does not win against a DVL, however long it persists. After an absence, it is believed.
+/// A position that steps while the receiver is in use does not win against a DVL, however long it lasts. The first
+/// positions after an absence of the receiver are accepted.
 TEST(TrackHealth, ASensorThatContradictsTheOthersDoesNotWinByPersisting) {
   constexpr std::size_t kGps = 0, kDvl = 1, kDepth = 2;
   constexpr unsigned motion = (1u << 1) | (1u << 2);

@@ -82,7 +82,7 @@ TEST_F(CalibrateCommand, WritesNoiseForOtherCommands) {
   for (const char* text : {"parameter", "usbl.x", "constant_twist.x", "held out in 2 folds", "Noise written to"})
     EXPECT_THAT(outcome.output, HasSubstr(text));
   EXPECT_THAT(outcome.output,
-              ContainsRegex("\n  docking_3: log likelihood per measurement -?[0-9.]+ with the given noise, -?[0-9.]+"));
+              ContainsRegex("\n  docking_3: log-likelihood per measurement -?[0-9.]+ with the given noise, -?[0-9.]+"));
   EXPECT_THAT(read_file(noise_), ContainsRegex("noise:\n  usbl: \\[.*\\]\n  constant_twist: \\[.*\\]\n$"));
   for (const char* command : {"estimate", "track", "models", "compare"}) {
     std::vector<std::string> words = {command, run(), "--noise-from", noise_, "--json"};

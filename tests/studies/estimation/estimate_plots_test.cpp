@@ -98,7 +98,7 @@ TEST(EstimatePlots, TellTheTrueTrajectoriesApart) {
   EXPECT_THAT(read_file(folder.path() / "trajectories.svg"), AllOf(HasSubstr("true chaser"), HasSubstr("true target")));
 }
 
-/// Where nothing is estimated, as the yaw of a point, the band has no height.
+/// The band has no height for components that are not estimated, such as the yaw of a point.
 TEST(EstimatePlots, BandEndsWhereNothingIsEstimated) {
   TANDEM_NEEDS_GNUPLOT("plots of an estimate");
   const ScratchFolder folder;

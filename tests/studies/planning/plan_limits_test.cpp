@@ -46,7 +46,8 @@ void request(const Limit& limit, PlanOptions& plan) {
 class PlanLimits : public ::testing::TestWithParam<const char*> {};
 INSTANTIATE_TEST_SUITE_P(LongVehicles, PlanLimits, ::testing::Values("remus_100", "bluerov2_heavy"));
 
-/// Each limit alone and each pair: without them there is a plan, so a failure names one of their options.
+/// Plans with each limit alone and with each pair of limits. A plan exists without limits, so the message of each
+/// failure must name the option of a limit.
 TEST_P(PlanLimits, AreKeptOrNamedByTheirOption) {
   const Scenario scenario = docking();
   const Vehicle vehicle = docking_vehicle(GetParam());
