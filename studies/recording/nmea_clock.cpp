@@ -35,10 +35,12 @@ std::optional<NmeaClock::Reading> NmeaClock::read(std::string_view type, const N
   if (type == "GGA") void_ = !(nmea_number(parts, 6) > 0);
   if (type == "RMC") void_ = part(2) != "A";
   if (type == "GNS") void_ = part(6).find_first_not_of('N') == std::string_view::npos;
+  has_status_ |= type == "GGA" || type == "RMC" || type == "GNS";
   if (!is_timed(type)) return {};
   const auto of_day = nmea_time(part(type == "GLL" ? 5 : 1));
   if (!of_day) return {};
-  Reading reading{*of_day, type == "GLL" ? part(6) != "V" : !void_};
+  const bool stated = type == "GLL" && !part(6).empty();
+  Reading reading{*of_day, stated ? part(6) == "A" : !void_};
   if (type == "RMC") reading.date = date_of(parts, 9);
   if (type == "ZDA") reading.date = midnight_of(nmea_number(parts, 4), nmea_number(parts, 3), nmea_number(parts, 2));
   if (reading.fix) return reading;
@@ -95,7 +97,8 @@ void NmeaClock::end_first_pass() {
 }
 
 void NmeaClock::restart() {
-  void_ = any_fix_ = false;
+  void_ = !trusted_;
+  any_fix_ = false;
   of_day_.reset();
   day_ = 0;
   run_ = 0;

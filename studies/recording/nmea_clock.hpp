@@ -21,6 +21,9 @@ class NmeaClock {
     double time = std::numeric_limits<double>::quiet_NaN();  ///< s since 1970; nan if it is not usable
   };
 
+  /// `trusted`: whether sentences before the first one with a status count as those with a fix.
+  explicit NmeaClock(bool trusted = false) : trusted_(trusted), void_(!trusted) {}
+
   /// Returns the time of the sentence in line `line`. During the first pass, its date may still be missing.
   Stamp stamp(std::size_t line, std::string_view type, const NmeaParts& parts);
   /// Ends the first pass.
@@ -31,6 +34,7 @@ class NmeaClock {
   /// Returns whether sentences of this type state a time of day.
   static bool is_timed(std::string_view type);
   bool has_time() const { return !runs_.empty(); }
+  bool has_status() const { return has_status_; }
   bool has_date() const { return has_date_; }
   bool has_void_date() const { return has_void_date_; }
 
@@ -50,9 +54,10 @@ class NmeaClock {
   void add_date(std::size_t line, double midnight);
 
   std::vector<Run> runs_;
-  bool first_pass_ = true, has_date_ = false, has_void_date_ = false;
+  bool trusted_;
+  bool first_pass_ = true, has_status_ = false, has_date_ = false, has_void_date_ = false;
   // State of a pass:
-  bool void_ = false;  ///< whether the last sentence with a status has no fix
+  bool void_;  ///< whether the last sentence with a status has no fix
   bool any_fix_ = false;
   std::optional<double> of_day_{};
   int day_ = 0;

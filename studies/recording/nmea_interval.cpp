@@ -23,6 +23,7 @@ void NmeaInterval::add(NmeaLine line, const NmeaClock::Stamp& stamp) {
     if (differences_ == 0) add_difference(stamp.time - line.received);
     pass_on(stamp.time);
     fix_ = stamp.time;
+    for (auto& [type, series] : series_) series.count = series.next = 0;
     add_difference(stamp.time - line.received);
   } else if (entries_.size() >= kMostLines) {
     pass_on(std::numeric_limits<double>::quiet_NaN());
@@ -38,7 +39,6 @@ void NmeaInterval::add_difference(double difference) {
 }
 
 void NmeaInterval::pass_on(double next_fix) {
-  for (auto& [type, series] : series_) series.count = series.next = 0;
   for (const Entry& entry : entries_)
     if (!entry.stamp.has_time) ++series_[entry.line.type].count;
   for (const Entry& entry : entries_)

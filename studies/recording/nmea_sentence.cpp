@@ -1,7 +1,5 @@
-#include <cctype>
+#include <charconv>
 #include <cmath>
-
-#include <fmt/format.h>
 
 #include <tandem/studies/recording/nmea_sentence.hpp>
 #include <tandem/studies/recording/recorded_time.hpp>
@@ -57,12 +55,6 @@ double number_of(std::string_view text) { return parse_number(text).value_or(kNa
 double side(const NmeaParts& parts, std::size_t part) {
   const std::string_view text = part < parts.size() ? trimmed(parts[part]) : std::string_view();
   return text == "S" || text == "W" ? -1 : 1;
-}
-
-std::string upper(std::string_view text) {
-  std::string result(text);
-  for (char& c : result) c = static_cast<char>(std::toupper(static_cast<unsigned char>(c)));
-  return result;
 }
 
 }  // namespace
@@ -121,9 +113,12 @@ std::optional<double> nmea_time(std::string_view text) {
 NmeaChecksum nmea_checksum(std::string_view sentence) {
   const std::size_t star = sentence.rfind('*');
   if (star == std::string_view::npos) return NmeaChecksum::none;
-  unsigned sum = 0;
+  unsigned sum = 0, stated = 0;
   for (const char c : sentence.substr(0, star)) sum ^= static_cast<unsigned char>(c);
-  return fmt::format("{:02X}", sum) == upper(sentence.substr(star + 1, 2)) ? NmeaChecksum::right : NmeaChecksum::wrong;
+  const std::string_view digits = sentence.substr(star + 1, 2);
+  const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), stated, 16);
+  const bool whole = error == std::errc() && digits.size() == 2 && end == digits.data() + 2;
+  return whole && stated == sum ? NmeaChecksum::right : NmeaChecksum::wrong;
 }
 
 double nmea_receive_time(std::string_view prefix) {

@@ -90,6 +90,16 @@ class NmeaRecording : public Recording {
 
   /// Makes the first pass: finds the dates, and whether the sentences of each type have checksums.
   void learn() {
+    learn_dates();
+    if (!clock_.has_status()) {  // for example, a log of ZDA and HDT
+      clock_ = NmeaClock(true);
+      learn_dates();
+    }
+    times_.fixes = clock_.has_time();
+  }
+
+  void learn_dates() {
+    checksums_.clear();
     each_sentence([] {},
                   [&](const NmeaLine& line, bool checked) {
                     ++(checked ? checksums_[line.type].with : checksums_[line.type].without);
@@ -98,7 +108,6 @@ class NmeaRecording : public Recording {
                     times_.receive_times |= line.received != std::floor(line.received) && !std::isnan(line.received);
                   });
     clock_.end_first_pass();
-    times_.fixes = clock_.has_time();
   }
 
   /// Calls row(line, time) for each sentence.

@@ -82,6 +82,14 @@ TEST_F(NmeaTest, TimesBeforeTheFirstFixAreIgnoredIfTheyDisagree) {
   EXPECT_THAT(times(log, "GGA"), ElementsAre("none", "2024-11-26T13:45:03.000Z", "none", "2024-11-26T13:45:04.000Z"));
 }
 
+TEST_F(NmeaTest, ZdaGivesADateOnceTheReceiverHasAFix) {
+  const std::string cold = line("GPZDA,010000.00,06,01,1980,00,00") + gga("010000.00", "0") + hdt(1);
+  const std::string warm = gga("010001.00") + line("GPZDA,010001.00,26,11,2024,00,00") + hdt(2);
+  EXPECT_THAT(times(cold + warm, "HDT"), ElementsAre("2024-11-26T01:00:00.000Z", "2024-11-26T01:00:01.000Z"));
+  EXPECT_THAT(times(line("GPZDA,010001.00,26,11,2024,00,00") + hdt(2), "HDT"), ElementsAre("2024-11-26T01:00:01.000Z"))
+      << "no sentence has a status";
+}
+
 TEST_F(NmeaTest, SentencesWithoutATimeAreSpreadBetweenFixes) {
   std::string log = rmc("010000.00", "261124");
   for (int second = 0; second < 3; ++second) {
