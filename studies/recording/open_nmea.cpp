@@ -13,8 +13,6 @@
 namespace tandem {
 namespace {
 
-constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
-
 /// Lines of NMEA 0183, with or without a receive time in front of each.
 class NmeaRecording : public Recording {
  public:
@@ -164,7 +162,7 @@ class NmeaRecording : public Recording {
 
   RecordedValue value(std::size_t index, const NmeaSentence* known, double time) const {
     if (index == 0) return {time};
-    if (index == 1) return {kNan, parts_.front().substr(0, 2)};
+    if (index == 1) return {std::nan(""), parts_.front().substr(0, 2)};
     return nmea_value(parts_, known ? known->fields[index - 2] : NmeaField{"", "", index - 1, NmeaPart::number});
   }
 

@@ -82,7 +82,7 @@ TEST_F(KnownMessagesTest, Px4PositionsHaveTwoVersions) {
   const auto log = [](const std::string& fields, const std::string& values) {
     std::string text = ulog_start() + ulog_message('F', "vehicle_gps_position:uint64_t timestamp;" + fields) +
                        ulog_message('A', bytes(std::uint8_t(0)) + bytes(std::uint16_t(5)) + "vehicle_gps_position");
-    for (const std::uint64_t t : {1000000, 2000000})
+    for (const std::uint64_t t : {1000000u, 2000000u})
       text += ulog_message('D', bytes(std::uint16_t(5)) + bytes(t) + values + "\3");
     return text;
   };
