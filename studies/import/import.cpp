@@ -119,7 +119,8 @@ void check_clocks(const Sensors& sensors) {
   }
 }
 
-void check_use(const Import& import) {
+/// Throws Error if the sensors are not a scenario. `without_rows` has a sentence for each selected stream without rows.
+void check_use(const Import& import, const std::vector<std::string>& without_rows) {
   const auto any = [&](auto kind) {
     return std::any_of(import.sensors.begin(), import.sensors.end(), [&](const auto& s) { return kind(*s); });
   };
@@ -127,11 +128,32 @@ void check_use(const Import& import) {
   std::vector<std::string> names;
   for (const auto& s : import.sensors)
     names.push_back(fmt::format("{} ({})", s->sensor().name, s->sensor().type->name));
+  std::string reasons;
+  for (const std::string& sentence : without_rows) reasons += "; " + sentence;
+  if (!without_rows.empty() && !import.defects.empty()) reasons += "; " + import.defects.back();
   throw Error(fmt::format(
       "{} gives {}, which is not a scenario: it needs the chaser's own sensors (imu, dvl, depth, gps, heading), or "
       "odometry "
-      "and a sensor of the target (position, pose, range_bearing, bearing, range); name their streams in a map",
-      import.source.string(), listed(names)));
+      "and a sensor of the target (position, pose, range_bearing, bearing, range); name their streams in a map{}",
+      import.source.string(), names.empty() ? "no sensor" : listed(names), reasons));
+}
+
+/// Drops the rows of sensors of the target outside the chaser's motion.
+void trim_to_motion(Import& import) {
+  constexpr double kLargeShare = 0.1;
+  const auto motion = motion_of(import.sensors);
+  if (!motion) return;
+  for (const auto& s : import.sensors) {
+    if (!is_of_target(*s)) continue;
+    const std::size_t before = s->rows();
+    const std::string span = span_text(s->t(0), s->t(before - 1));
+    s->trim(motion->first, motion->last, "a time outside that of " + motion->name);
+    const std::size_t dropped = before - s->rows();
+    if (static_cast<double>(dropped) > kLargeShare * static_cast<double>(before))
+      import.findings.push_back(
+          fmt::format("{}: {} of {} rows ({}) are outside the time of {} ({}); is its clock right?", s->sensor().name,
+                      dropped, before, span, motion->name, span_text(motion->first, motion->last)));
+  }
 }
 
 /// Adds one sentence about the streams that the map does not use.
@@ -174,20 +196,22 @@ Import import_recording(Recording& recording, ImportMap map, const std::function
   recording.read(requests, stop);
   import.defects = recording.defects();
   add_other_streams(recording, import.map);
+  std::vector<std::string> without_rows;
   std::erase_if(import.sensors, [&](const auto& s) {  // a rule may select a topic without usable rows
     if (!s->sensor().assumed || s->rows() > 0) return false;
-    import.map.unused.push_back(fmt::format("{}: no usable row ({})", s->sensor().stream, listed_drops(*s)));
+    without_rows.push_back(s->read() == 0
+                               ? fmt::format("{}: no row could be read", s->sensor().stream)
+                               : fmt::format("{}: no usable row ({})", s->sensor().stream, listed_drops(*s)));
     return true;
   });
   require_rows(import.sensors);
-  check_use(import);
+  check_use(import, without_rows);
+  for (std::string& sentence : without_rows) import.map.unused.push_back(std::move(sentence));
   set_frame(import);
   set_declination(import);
   for (const auto& s : import.sensors) s->finish(import.frame, import.declination.value_or(0));
   check_clocks(import.sensors);
-  if (const auto motion = motion_of(import.sensors))
-    for (const auto& s : import.sensors)
-      if (is_of_target(*s)) s->trim(motion->first, motion->last, "a time outside that of " + motion->name);
+  trim_to_motion(import);
   require_rows(import.sensors);
   std::vector<SensorSeries> series;
   for (const auto& s : import.sensors) {

@@ -26,6 +26,7 @@ class SensorConventions {
     const bool pose = !type.file.empty();  // odometry and truth
     if (!sensor_.axes_stated && (pose || !geographic_or_scalar()))
       say("axes {}-{}, those of the scenario", sensor_.axes.world, sensor_.axes.body);
+    list_frames();
     list_units();
     list_angles();
     list_time();
@@ -49,6 +50,13 @@ class SensorConventions {
            (sensor_.find("heading") && !sensor_.find("roll"));
   }
 
+  void list_frames() const {
+    if (sensor_.frame_field.empty()) return;
+    std::vector<std::string> names;
+    for (const std::string& frame : imported_.frames()) names.push_back(frame.empty() ? "without a name" : frame);
+    say("the frame {} ({}) is taken as the chaser's body", listed(names), sensor_.frame_field);
+  }
+
   void list_units() const {
     if (sensor_.fields_by_rule) return;
     std::vector<std::string> fields;
@@ -67,6 +75,11 @@ class SensorConventions {
 
   void list_angles() const {
     const bool ned = sensor_.axes.body == "FRD";
+    if (const auto* heading = sensor_.find("heading"); heading && sensor_.fields_by_rule) {
+      if (heading->front().field == "heading_true")
+        say("true headings: deviation and variation of the sentences are added, east positive");
+      if (heading->front().field == "heading_magnetic") say("the deviation of the sentences is added, east positive");
+    }
     if (sensor_.find("azimuth") && !sensor_.fields_by_rule)
       say("azimuths turn from x towards y ({}), elevations count towards z ({})", ned ? "starboard" : "port",
           ned ? "down" : "up");
@@ -79,6 +92,7 @@ class SensorConventions {
 
   void list_time() const {
     const ImportTime& time = sensor_.time;
+    if (!sensor_.time_note.empty()) say("{}", sensor_.time_note);
     if (!sensor_.time_stated)
       say("the time is {}", time.receive ? "that of receipt" : time.field.field + ", by its name");
     if (!time.receive && time.field.unit.empty() && !sensor_.fields_by_rule && !time.field.field.empty())

@@ -94,6 +94,34 @@ void check_once(const YamlSection& sensors, const ImportMap& map, const ImportSe
                                          added.name, added.type->name));
 }
 
+/// Throws Error if an entry gives axes of the world to a type that has quantities of a body only, or the reverse.
+void check_axes(const YamlSection& entry, const ImportType& type) {
+  if (!entry.has("axes")) return;
+  const ImportAxes given = read_axes(entry, {"", ""});
+  const auto any = [&](auto... parts) {
+    return std::any_of(type.parts.begin(), type.parts.end(), [&](ImportPart p) { return ((p == parts) || ...); });
+  };
+  using enum ImportPart;
+  const bool in_world = any(world_position, world_orientation);
+  const bool along_body =
+      any(world_orientation, body_position, body_orientation, velocity, acceleration, angular_rate, direction);
+  if (along_body && !in_world && given.body.empty())
+    entry.fail("axes",
+               fmt::format("axes {} are those of the world, but a {} is along the axes of the body: give FRD, FLU "
+                           "or {{x: forward, y: starboard, z: down}}",
+                           given.world, type.name));
+  if (in_world && !along_body && given.world.empty())
+    entry.fail("axes", fmt::format("axes {} are those of a body, but a {} is along the axes of the world: give NED or "
+                                   "ENU",
+                                   given.body, type.name));
+}
+
+/// Adds what the stream and its rule, if it has one, state beside the entry.
+void complete(ImportSensor& sensor, const RecordedStream& stream, const YamlSection* rule) {
+  if (rule && rule->has("frame") && find_field(stream, rule->text("frame"))) sensor.frame_field = rule->text("frame");
+  if (!sensor.time.receive && sensor.time.field.field == stream.time_field) sensor.time_note = stream.time_note;
+}
+
 /// Returns a sensor name for a stream name: "usbl_fix" for "/usbl/fix".
 std::string sensor_name(const std::string& stream, const std::vector<ImportSensor>& others) {
   std::string name;
@@ -159,10 +187,16 @@ ImportMap read_import_map(const std::filesystem::path& file, const Recording& re
   for (const std::string& name : sensors.keys()) {
     const YamlSection entry = sensors.section(name);
     const RecordedStream& stream = stream_of(entry, name, recording);
-    const std::string_view rule = known_message(stream.type);
+    const bool magnetic = entry.has("north")
+                              ? entry.text("north") == "magnetic"
+                              : entry.has("fields") || map.has("declination") || map.has("magnetic_model");
+    const std::string_view rule = known_message(stream, magnetic);
     std::optional<YamlSection> known;
     if (!rule.empty()) known = YamlSection::parse(std::string(rule), stream.type);
     ImportSensor sensor = read_import_entry({name, &entry, known ? &*known : nullptr, &map, &stream});
+    check_axes(entry, *sensor.type);
+    const bool same_type = known && (!entry.has("type") || entry.text("type") == known->text("type"));
+    complete(sensor, stream, same_type && !entry.has("where") ? &*known : nullptr);
     check_once(sensors, result, sensor);
     result.sensors.push_back(std::move(sensor));
   }
@@ -174,7 +208,7 @@ ImportMap known_import_map(const Recording& recording) {
   ImportMap result;
   for (const RecordedStream& stream : recording.streams()) {
     const auto skip = [&](const std::string& why) { result.unused.push_back(stream.name + ": " + why); };
-    const std::string_view rule = known_message(stream.type);
+    const std::string_view rule = known_message(stream);
     if (rule.empty()) continue;
     if (!stream.unreadable.empty() || stream.rows == 0) {
       skip(stream.rows == 0 ? "no rows" : stream.unreadable);
@@ -184,6 +218,7 @@ ImportMap known_import_map(const Recording& recording) {
     const std::string name = sensor_name(stream.name, result.sensors);
     try {
       ImportSensor sensor = read_import_entry({name, nullptr, &known, nullptr, &stream});
+      complete(sensor, stream, &known);
       if (const auto other = competitor(result, *sensor.type))
         skip(fmt::format("{} already gives the {}; select one of them in a map (--map)", result.sensors[*other].stream,
                          sensor.type->name));

@@ -61,13 +61,20 @@ struct ImportSensor {
   ImportAxes axes{};
   bool magnetic = false;                                        ///< headings refer to magnetic north
   std::vector<std::pair<std::string, std::string>> settings{};  ///< keys and values for scenario.yaml
-  bool assumed = false;                                         ///< whether a rule has made it, without a map
-  bool fields_by_rule = false;                                  ///< whether the fields are those of a known message
+  std::string frame_field{};  ///< field with the frame; rows in frames of the world are dropped; empty if any is right
+  std::string time_note{};    ///< how the times follow, if the recording does not state them
+  bool assumed = false;       ///< whether a rule has made it, without a map
+  bool fields_by_rule = false;  ///< whether the fields are those of a known message
   bool axes_stated = false, time_stated = false, north_stated = false;  ///< by the map or a known message
 
   /// Returns the fields of a quantity, or null.
   const std::vector<ImportField>* find(std::string_view quantity) const;
 };
+
+/// Returns whether a value meets a condition.
+bool is_met(const ImportCondition& condition, const RecordedValue& value);
+/// Returns "FIELD OP VALUE".
+std::string condition_text(const ImportCondition& condition);
 
 /// A whole import: sensors and the settings of the scenario.
 struct ImportMap {

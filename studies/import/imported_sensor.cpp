@@ -8,6 +8,7 @@
 
 #include <tandem/lie/error.hpp>
 #include <tandem/lie/wrapped_angle.hpp>
+#include <tandem/studies/import/frame_names.hpp>
 #include <tandem/studies/import/imported_rotation.hpp>
 #include <tandem/studies/import/imported_sensor.hpp>
 
@@ -15,7 +16,7 @@ namespace tandem {
 namespace {
 
 constexpr double kPi = std::numbers::pi;
-constexpr std::size_t kVarianceSamples = 10000;
+constexpr std::size_t kVarianceSamples = 10000, kMostFrames = 4;
 
 std::size_t width_of(ImportPart part) {
   switch (part) {
@@ -54,6 +55,7 @@ ImportedSensor::ImportedSensor(const ImportSensor& sensor, const ImportMap& map)
   for (const ImportField& field : sensor.variances) variances_.push_back(bind(field));
   for (const ImportCondition& condition : sensor.conditions)
     conditions_.emplace_back(condition, index_of(condition.field));
+  if (!sensor.frame_field.empty()) frame_ = index_of(sensor.frame_field);
   variance_samples_.resize(variances_.size());
 }
 
@@ -135,39 +137,18 @@ bool ImportedSensor::drop_missing(const std::vector<Bound>& fields, double t) {
 }
 
 bool ImportedSensor::accepted(const RecordedRow& row, double t) {
-  using enum ImportCondition::Op;
-  for (const auto& [condition, index] : conditions_) {
-    const RecordedValue& v = row.values[index];
-    const bool as_text = !v.text.empty() || std::isnan(condition.number);
-    const double a = v.number, b = condition.number;
-    bool met = false;
-    switch (condition.op) {
-      case equal:
-        met = as_text ? v.text == condition.text : a == b;
-        break;
-      case not_equal:
-        met = as_text ? v.text != condition.text : a != b;
-        break;
-      case less:
-        met = a < b;
-        break;
-      case less_equal:
-        met = a <= b;
-        break;
-      case greater:
-        met = a > b;
-        break;
-      case greater_equal:
-        met = a >= b;
-        break;
-    }
-    if (!met) {
-      constexpr const char* symbols[] = {"=", "!=", "<", "<=", ">", ">="};
-      return drop(
-          fmt::format("{} {} {} is not met", condition.field, symbols[static_cast<int>(condition.op)], condition.text),
-          t, a);
-    }
-  }
+  for (const auto& [condition, index] : conditions_)
+    if (!is_met(condition, row.values[index]))
+      return drop(condition_text(condition) + " is not met", t, row.values[index].number);
+  if (sensor_.frame_field.empty()) return true;
+  const std::string_view frame = row.values[frame_].text;
+  if (is_world_frame(frame))
+    return drop(
+        fmt::format("{} {} is a frame of the world, and a {} is along the chaser's axes (for another type, name "
+                    "the stream in a map)",
+                    sensor_.frame_field, frame, sensor_.type->name),
+        t);
+  if (frames_.size() < kMostFrames) frames_.emplace(frame);
   return true;
 }
 

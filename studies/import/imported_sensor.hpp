@@ -3,6 +3,7 @@
 #include <deque>
 #include <map>
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -39,6 +40,8 @@ class ImportedSensor {
   double t(std::size_t row) const { return at(row, 0); }
   std::size_t read() const { return read_; }
   const std::map<std::string, DroppedRows>& dropped() const { return dropped_; }
+  /// Returns the first names of frames of the used rows, if the rows state them.
+  const std::set<std::string>& frames() const { return frames_; }
   /// Returns the standard deviations from the stated variances, or nothing.
   std::vector<double> stated_sigma() const;
   bool is_geographic() const { return geographic_; }
@@ -82,6 +85,8 @@ class ImportedSensor {
   Bound time_, latency_, week_, date_;
   std::vector<Bound> variances_;
   std::vector<std::pair<ImportCondition, std::size_t>> conditions_;
+  std::size_t frame_ = 0;  ///< index of the frame's name
+  std::set<std::string> frames_;
   std::size_t width_ = 1;
   bool geographic_ = false;
   int orientation_ = -1;  ///< first column of an orientation in the world

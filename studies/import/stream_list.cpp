@@ -54,7 +54,7 @@ JsonFields<Recording> list_fields() {
                     .add("name", "name", [](const S& s) { return s.name; })
                     .add("type", "message type", [](const S& s) { return s.type; })
                     .add("known", "whether its meaning is known without a map",
-                         [](const S& s) { return !known_message(s.type).empty(); })
+                         [](const S& s) { return !known_message(s).empty(); })
                     .add("rows", "number of rows", [](const S& s) { return s.rows; })
                     .add("rate_hz", "mean rate [Hz]", [](const S& s) { return rate_of(s); })
                     .add("first", "time of the first row [s]", [finite](const S& s) { return finite(s.first); })
@@ -81,7 +81,7 @@ std::string stream_list(const Recording& recording) {
       fmt::format("{}: {}, {} streams\n", recording.file().string(), recording.format(), recording.streams().size());
   for (const RecordedStream& s : recording.streams()) {
     text += fmt::format("\n{}", s.name);
-    if (!s.type.empty()) text += fmt::format("  {}{}", s.type, known_message(s.type).empty() ? "" : " (known)");
+    if (!s.type.empty()) text += fmt::format("  {}{}", s.type, known_message(s).empty() ? "" : " (known)");
     text += fmt::format("\n    {} rows", s.rows);
     if (const double rate = rate_of(s); rate > 0) text += fmt::format(", {:.3g} Hz", rate);
     if (std::isfinite(s.first)) text += fmt::format(", {} to {}", time_text_of(s.first), time_text_of(s.last));

@@ -44,9 +44,9 @@ void find_gaps(const SensorSeries& s, std::vector<std::string>& out) {
 
 void find_clock(const SensorSeries& s, std::vector<std::string>& out) {
   if (s.rows < 3) return;
-  const double step = (s.t(s.rows - 1) - s.t(0)) / static_cast<double>(s.rows - 1);
+  const double step = gaps_of(s).median_step;
   const bool dense = s.type == "imu" || s.type == "odometry" || s.type == "dvl";
-  if (step > (dense ? 10 : 1000) || step < 1e-5)
+  if (step > (dense ? 10 : 100) || step < 1e-5)
     out.push_back(fmt::format("{}: rows are {:.3g} s apart; is the unit of time right?", s.name, step));
 }
 

@@ -121,4 +121,17 @@ std::string decompress(std::string_view compression, std::string_view data, std:
   return fmt::format("it has the unknown compression {}; known are none, lz4, zstd and bz2", quote(compression));
 }
 
+bool is_zstd(std::string_view data) { return data.starts_with("\x28\xB5\x2F\xFD"); }
+
+std::string decompress_message(std::string_view data, std::string& out) {
+#ifdef TANDEM_HAS_ZSTD
+  const unsigned long long size = ZSTD_getFrameContentSize(data.data(), data.size());
+  if (size == ZSTD_CONTENTSIZE_ERROR || size == ZSTD_CONTENTSIZE_UNKNOWN)
+    return "it is compressed with zstd, but does not state its size";
+  return decompress("zstd", data, static_cast<std::size_t>(size), out);
+#else
+  return decompress("zstd", data, 0, out);
+#endif
+}
+
 }  // namespace tandem

@@ -10,4 +10,11 @@ namespace tandem {
 /// compression is unknown or not part of this build, `out` is empty. Other reasons are corrupted or incomplete data.
 std::string decompress(std::string_view compression, std::string_view data, std::size_t size, std::string& out);
 
+/// Returns whether data begin as a frame of zstd.
+bool is_zstd(std::string_view data);
+
+/// Decompresses a message of rosbag2's compression mode MESSAGE, which is one frame of zstd. Returns an empty string, or
+/// the reason why `out` is incomplete.
+std::string decompress_message(std::string_view data, std::string& out);
+
 }  // namespace tandem

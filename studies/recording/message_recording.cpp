@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <tandem/lie/error.hpp>
+#include <tandem/studies/recording/decompress.hpp>
 #include <tandem/studies/recording/message_recording.hpp>
 
 namespace tandem {
@@ -55,6 +56,13 @@ void MessageRecording::count(std::size_t topic, double received) {
 }
 
 void MessageRecording::receive(std::size_t topic, double received, std::string_view bytes) {
+  if (encodings_[topic] == MessageEncoding::cdr && is_zstd(bytes)) {  // no header of CDR begins like this
+    if (const std::string why = decompress_message(bytes, decompressed_); !why.empty()) {
+      add_defect(fmt::format("{}: a message is dropped: {}", streams_[topic].name, why));
+      return;
+    }
+    bytes = decompressed_;
+  }
   for (Consumer& consumer : consumers_[topic]) try {
       consumer.request->row({received, consumer.decoder.decode(bytes)});
     } catch (const OutOfBytes&) {

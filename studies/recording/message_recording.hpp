@@ -27,7 +27,7 @@ class MessageRecording : public Recording {
   std::size_t topic_index(const std::string& topic, const std::string& type) const;
   /// Counts a message of a topic: its number of rows and its span.
   void count(std::size_t topic, double received);
-  /// Passes on a message of a wanted topic.
+  /// Passes on a message of a wanted topic, which may be compressed (rosbag2's compression mode MESSAGE).
   void receive(std::size_t topic, double received, std::string_view bytes);
   bool is_wanted(std::size_t topic) const { return !consumers_[topic].empty(); }
 
@@ -43,6 +43,7 @@ class MessageRecording : public Recording {
   std::vector<MessageEncoding> encodings_;
   std::vector<std::vector<Consumer>> consumers_;
   std::vector<std::size_t> short_messages_;
+  std::string decompressed_;
 };
 
 }  // namespace tandem

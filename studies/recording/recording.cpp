@@ -129,6 +129,8 @@ std::unique_ptr<Recording> open_file(const fs::path& file, const TableSettings& 
   const std::string_view start = head;
   for (const RecordingFormat& format : recording_formats())
     if (start.starts_with(format.magic)) return format.open(file);
+  if (const std::string why = why_compressed(start); !why.empty())
+    throw Error(fmt::format("{}: {}", file.string(), why));
   if (!is_text(head))
     throw Error(fmt::format("{}: unknown format (first bytes {}); readable are {}", file.string(),
                             quote(start.substr(0, 8)), readable_formats()));
@@ -145,6 +147,9 @@ std::unique_ptr<Recording> open_folder(const fs::path& folder, const TableSettin
   std::vector<std::unique_ptr<Recording>> parts;
   for (const fs::path& file : files)
     if (is_recording_name(file)) parts.push_back(open_file(file, tables));
+  for (const fs::path& file : files)  // a bag of rosbag2's compression mode FILE
+    if (const std::string why = parts.empty() ? why_compressed(first_bytes(file, 8)) : ""; !why.empty())
+      throw Error(fmt::format("{}: {}", file.string(), why));
   if (parts.empty())
     throw Error(fmt::format("{} has no recording; readable are {}", folder.string(), readable_formats()));
   if (parts.size() == 1) return std::move(parts.front());

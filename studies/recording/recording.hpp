@@ -34,6 +34,7 @@ struct RecordedStream {
   double first = std::numeric_limits<double>::quiet_NaN();  ///< time of the first and the last row [s]
   double last = std::numeric_limits<double>::quiet_NaN();
   std::string unreadable{};  ///< why the rows cannot be decoded; empty if they can
+  std::string time_note{};   ///< how the times of rows follow, if the recording does not state them
 };
 
 /// A row of a stream. The values are in the order of the requested fields.

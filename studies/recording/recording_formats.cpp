@@ -2,6 +2,8 @@
 #include <array>
 #include <cctype>
 
+#include <fmt/format.h>
+
 #include <tandem/studies/recording/recording_formats.hpp>
 
 namespace tandem {
@@ -15,12 +17,30 @@ constexpr std::array kFormats = {
     RecordingFormat{"ULog\x01\x12\x35"sv, open_ulog},
 };
 
+struct CompressedFormat {
+  std::string_view magic, name, command;
+};
+constexpr std::array kCompressed = {CompressedFormat{"\x28\xB5\x2F\xFD"sv, "zstd", "unzstd"},
+                                    CompressedFormat{"\x1F\x8B"sv, "gzip", "gunzip"},
+                                    CompressedFormat{"BZh"sv, "bzip2", "bunzip2"},
+                                    CompressedFormat{"\xFD"
+                                                     "7zXZ\0"sv,
+                                                     "xz", "unxz"}};
+
 constexpr std::array kExtensions = {".mcap"sv, ".bag"sv, ".db3"sv, ".bin"sv, ".ulg"sv,  ".nmea"sv,  ".csv"sv,
                                     ".tsv"sv,  ".txt"sv, ".log"sv, ".dat"sv, ".json"sv, ".jsonl"sv, ".ndjson"sv};
 
 }  // namespace
 
 std::span<const RecordingFormat> recording_formats() { return kFormats; }
+
+std::string why_compressed(std::string_view head) {
+  for (const CompressedFormat& format : kCompressed)
+    if (head.starts_with(format.magic))
+      return fmt::format("the file is compressed with {}; decompress it ({} FILE) and import the result", format.name,
+                         format.command);
+  return "";
+}
 
 bool is_recording_name(const std::filesystem::path& file) {
   std::string extension = file.extension().string();

@@ -18,6 +18,8 @@ struct RecordingFormat {
 
 /// Returns all binary formats.
 std::span<const RecordingFormat> recording_formats();
+/// Returns one sentence if a file with these first bytes is compressed as a whole; otherwise nothing.
+std::string why_compressed(std::string_view head);
 /// Returns whether a file of a folder may be a recording, by its extension.
 bool is_recording_name(const std::filesystem::path& file);
 /// Returns "ROS 2 bags (.db3, .mcap), …" for messages.

@@ -141,6 +141,12 @@ TEST_F(ImportTest, NamesLineFieldAndRemedyOfAWrongMap) {
   EXPECT_THAT(error_of_map(replaced(map, "ok = 1", "ok = 7")),
               AllOf(HasSubstr("no row of usbl is usable"), HasSubstr("21 × ok = 7 is not met")));
   EXPECT_THAT(error_of_map(replaced(map, "from: usbl,", "from: usbl, axes: FRU, ")), HasSubstr("left-handed"));
+  EXPECT_THAT(
+      error_of_map(replaced(map, "from: usbl,", "from: usbl, axes: NED, ")),
+      HasSubstr("axes NED are those of the world, but a range_bearing is along the axes of the body: give FRD"));
+  EXPECT_THAT(error_of_map("sensors: {gps: {type: gps, from: nav, axes: FRD, fields: {position: [north_m, east_m, "
+                           "depth_m]}}}"),
+              HasSubstr("axes FRD are those of a body, but a gps is along the axes of the world: give NED or ENU"));
 }
 
 TEST_F(ImportTest, NoticesTwoClocks) {
@@ -149,6 +155,24 @@ TEST_F(ImportTest, NoticesTwoClocks) {
   map.replace(map.find("from: usbl,"), 11, "from: usbl, time: {offset: 3600},");
   EXPECT_THAT(error_of_map(map), AllOf(HasSubstr("do not overlap in time, so they are on two clocks"),
                                        HasSubstr("2024-11-26T06:46:40.000Z")));
+}
+
+TEST_F(ImportTest, NoticesAClockThatOverlapsInPart) {
+  write_boat_log();
+  std::string map = boat_map();
+  map.replace(map.find("from: usbl,"), 11, "from: usbl, time: {offset: 10},");
+  EXPECT_THAT(import(map).findings, Contains(AllOf(HasSubstr("fix: 10 of 20 rows ("),
+                                                   HasSubstr("are outside the time of "
+                                                             "odometry ("),
+                                                   HasSubstr("is its clock right?"))));
+}
+
+TEST_F(ImportTest, NoticesMillisecondsReadAsSeconds) {
+  std::string boat = "timestamp,x,y\n";
+  for (int i = 0; i < 30; ++i) boat += std::to_string(12000 + 500 * i) + ",0,0\n";
+  write("boat.csv", boat);
+  EXPECT_THAT(import("sensors: {gps: {type: gps, from: boat, fields: {position: [x, y, =0]}}}\n").findings,
+              Contains("gps: rows are 500 s apart; is the unit of time right?"));
 }
 
 TEST_F(ImportTest, ConvertsTimesOfGpsWeeksAndLatencies) {

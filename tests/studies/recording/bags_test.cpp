@@ -110,6 +110,36 @@ TEST(Bags, ReadRos2DatabasesWithEmbeddedAndBuiltInDefinitions) {
   EXPECT_THAT(open_recording(scratch.path() / "c.db3")->streams()[0].unreadable, HasSubstr("not built in"));
 }
 
+#ifdef TANDEM_HAS_ZSTD
+TEST(Bags, ReadMessagesCompressedOneByOne) {
+  const ScratchFolder scratch;
+  const auto file = scratch.path() / "messages.db3";
+  std::vector<std::pair<double, std::string>> messages;
+  for (int i = 0; i < kMessages; ++i)
+    messages.emplace_back(kStart + i + 0.5, compressed("zstd", fix_cdr(kStart + i, 10.5 + i)));
+  write_db3(file.string(), "test_msgs/msg/Fix", kFixDefinition, messages);
+  const auto recording = open_recording(file);
+  expect_messages(*recording);
+  EXPECT_THAT(recording->defects(), IsEmpty());
+  const auto damaged = scratch.path() / "damaged.db3";
+  messages[1].second.resize(12);
+  write_db3(damaged.string(), "test_msgs/msg/Fix", kFixDefinition, messages);
+  const auto rest = open_recording(damaged);
+  EXPECT_THAT(read_rows(*rest, "/fix", {"range"}), SizeIs(kMessages - 1));
+  EXPECT_THAT(rest->defects(), ElementsAre(HasSubstr("/fix: a message is dropped: the zstd data are corrupted")));
+}
+#endif
+
+TEST(Bags, CompressedFilesNameTheirCompression) {
+  const ScratchFolder scratch;
+  std::filesystem::create_directory(scratch.path() / "bag");
+  const std::string zstd("\x28\xB5\x2F\xFD\x04\0\0\0", 8), gzip("\x1F\x8B\x08\0\0\0\0\0", 8);
+  EXPECT_THAT(error_of([&] { open_recording(scratch.write("bag/bag_0.db3.zstd", zstd)); }),
+              HasSubstr("bag_0.db3.zstd: the file is compressed with zstd; decompress it (unzstd FILE)"));
+  EXPECT_THAT(error_of([&] { open_recording(scratch.path() / "bag"); }), HasSubstr("is compressed with zstd"));
+  EXPECT_THAT(error_of([&] { open_recording(scratch.write("a.csv.gz", gzip)); }), HasSubstr("is compressed with gzip"));
+}
+
 TEST(Bags, JoinTheTopicsOfSeveralFiles) {
   const ScratchFolder scratch;
   scratch.write("a_0.mcap", Mcap::start() + mcap_topics() + mcap_messages(0, 2) + Mcap::end());
