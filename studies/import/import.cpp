@@ -196,7 +196,7 @@ Import import_recording(Recording& recording, ImportMap map, const std::function
     if (s->backwards() > 0)
       import.findings.push_back(
           fmt::format("{}: the time runs backwards {} times; the rows are sorted", s->sensor().name, s->backwards()));
-    if (std::string finding = s->angle_finding(); !finding.empty()) import.findings.push_back(std::move(finding));
+    for (std::string& finding : s->findings()) import.findings.push_back(std::move(finding));
     const bool turned = has_setting(s->sensor().settings, "orientation");
     series.push_back({s->sensor().name,
                       std::string(s->sensor().type->name),

@@ -26,6 +26,18 @@ struct LargestAngle {
   void note(const std::string& name, const std::string& of_unit, double angle);
 };
 
+/// Recognises numbers hhmmss among times without a unit: all are times of day, and 59 is followed by 100.
+class PackedTimes {
+ public:
+  void note(double number);
+  bool found() const { return possible_ && minutes_ > 0; }
+
+ private:
+  bool possible_ = true;
+  std::size_t minutes_ = 0;  ///< number of steps from one minute to the next
+  double last_ = 0;
+};
+
 /// The rows of one sensor, as its file in the scenario has them.
 ///
 /// Geographic positions are stored as latitude, longitude and height until finish(), since the origin may be the first
@@ -53,8 +65,8 @@ class ImportedSensor {
   bool is_geographic() const { return geographic_; }
   bool needs_declination() const { return sensor_.magnetic && orientation_ >= 0; }
   std::size_t backwards() const { return backwards_; }  ///< rows earlier than the row before
-  /// Returns a sentence if an angle of the orientation is beyond a turn, else an empty text.
-  std::string angle_finding() const;
+  /// Returns a sentence each if an angle of the orientation is beyond a turn, and if times have the form hhmmss.
+  std::vector<std::string> findings() const;
 
   /// Returns the first position as latitude, longitude and height, before finish().
   std::optional<GeographicPoint> first_fix() const;
@@ -101,6 +113,7 @@ class ImportedSensor {
   bool geographic_ = false;
   const RecordedRow* current_ = nullptr;  ///< during add()
   LargestAngle angles_;
+  PackedTimes packed_times_;
   double last_of_day_ = 0, midnight_ = 0;  ///< s; see after_midnight()
   int orientation_ = -1;                   ///< first column of an orientation in the world
   std::deque<double> values_;

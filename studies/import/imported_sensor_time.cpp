@@ -29,11 +29,25 @@ void LargestAngle::note(const std::string& name, const std::string& of_unit, dou
   value = angle;
 }
 
-std::string ImportedSensor::angle_finding() const {
-  if (angles_.value == 0) return "";
+void PackedTimes::note(double number) {
+  constexpr double kMostStep = 30;  // s
+  const double t = packed_time_of_day(number), step = t - packed_time_of_day(last_);
+  possible_ = possible_ && std::fmod(number, 100) < 60 && !std::isnan(t);
+  if (possible_ && last_ > 0 && step > 0 && step < kMostStep && number - last_ > step + 1) ++minutes_;
+  last_ = number;
+}
+
+std::vector<std::string> ImportedSensor::findings() const {
+  std::vector<std::string> result;
+  if (packed_times_.found())
+    result.push_back(fmt::format("{0}: the times in {1} look like hhmmss; give time: {{field: {1}, unit: hhmmss}}",
+                                 sensor_.name, time_.field.field));
+  if (angles_.value == 0) return result;
   const bool stated = !angles_.unit.empty();
-  return fmt::format("{}: {} reaches {:.4g} rad; {}", sensor_.name, angles_.quantity, angles_.value,
-                     stated ? fmt::format("is its unit {}?", angles_.unit) : "is it in degrees (FIELD [deg])?");
+  result.push_back(
+      fmt::format("{}: {} reaches {:.4g} rad; {}", sensor_.name, angles_.quantity, angles_.value,
+                  stated ? fmt::format("is its unit {}?", angles_.unit) : "is it in degrees (FIELD [deg])?"));
+  return result;
 }
 
 /// Returns a time of day plus the days since the first row. A step back by more than half a day is a midnight.
@@ -57,6 +71,7 @@ std::optional<double> ImportedSensor::time(const RecordedRow& row) {
     } else {
       t = value(time_, row);
       // The magnitude of a time since 1970 gives its unit if none is stated.
+      if (recorded && time_.field.unit.empty()) packed_times_.note(t);
       if (recorded && time_.field.unit.empty()) t *= t > 1e17 ? 1e-9 : t > 1e14 ? 1e-6 : t > 1e11 ? 1e-3 : 1;
     }
     const bool is_text = recorded && !recorded->text.empty();

@@ -46,6 +46,7 @@ using testing::Contains;
 using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::IsEmpty;
+using testing::Not;
 
 TEST_F(TableImportTest, ColumnNumbersSelectColumnsWithTheSameName) {
   const Import result =
@@ -124,6 +125,10 @@ TEST_F(TableImportTest, TimesOfDayContinueAfterMidnight) {
   const Import packed = import("utc,z\n235959.5,1\n000001.25,1\n", "depth", "depth: z",
                                "time: {date: 2024-11-26, field: utc, unit: hhmmss}");
   EXPECT_THAT(times(packed), ElementsAre(midnight - 0.5, midnight + 1.25));
+  EXPECT_THAT(import("utc,z\n151358,1\n151359,1\n151400,1\n", "depth", "depth: z").findings,
+              ElementsAre("s: the times in utc look like hhmmss; give time: {field: utc, unit: hhmmss}"));
+  EXPECT_THAT(import("t,z\n158,1\n159,1\n200,1\n201,1\n260,1\n", "depth", "depth: z").findings,
+              Not(Contains(HasSubstr("hhmmss"))));
 }
 
 TEST_F(TableImportTest, DateAndTimeMayBeTwoColumns) {
