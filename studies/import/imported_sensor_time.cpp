@@ -81,7 +81,7 @@ std::optional<double> ImportedSensor::time(const RecordedRow& row) {
     if (time.gps) t += kGpsEpoch - time.leap_seconds;
     t += time.date;
     if (!time.date_field.empty()) {
-      const auto date = parse_time_text(row.values[date_.index].text);
+      const auto date = recorded_date(row.values[date_.index].number, row.values[date_.index].text);
       if (!date) return {};
       t += *date;
     }

@@ -277,26 +277,26 @@ class TableRecording : public Recording {
     return std::any_of(names.begin(), names.end(), is_time);
   }
 
-  /// Sets the first field that has the name of a time, and the field with its date if the table has two columns for them.
+  /// Sets the first field that has the name of a time. If the table has a column for dates and one for times of day, sets
+  /// both.
   void set_time_fields(RecordedStream& stream) const {
-    const auto is_date = [](const std::string& name) {
-      return name.starts_with("date") && name.find("time") == std::string::npos;
-    };
+    std::string date, time;
     for (const RecordedField& field : stream.fields) {
       if (!is_time(field.name)) continue;
-      if (is_date(lower(field.name)) && stream.date_field.empty()) {
-        stream.date_field = field.name;
-      } else if (stream.time_field.empty()) {
-        stream.time_field = field.name;
-      }
+      if (stream.time_field.empty()) stream.time_field = field.name;
+      const std::string name = lower(field.name);
+      const bool is_date = name.starts_with("date") && name.find("time") == std::string::npos;
+      std::string& first = is_date ? date : time;
+      if (first.empty()) first = field.name;
     }
-    if (stream.time_field.empty()) std::swap(stream.time_field, stream.date_field);
-    if (!stream.date_field.empty() && !first_row_has_date(stream)) stream.date_field.clear();
+    if (date.empty() || time.empty() || !first_row_has(date, time, stream)) return;
+    stream.time_field = time;
+    stream.date_field = date;
   }
 
-  /// Returns whether the first row has a date without a time, and a time of day.
-  bool first_row_has_date(const RecordedStream& stream) const {
-    const std::vector<std::size_t> indices = field_indices(stream, {stream.date_field, stream.time_field});
+  /// Returns whether the first row has a date in one field and a time of day in another.
+  bool first_row_has(const std::string& date_field, const std::string& time_field, const RecordedStream& stream) const {
+    const std::vector<std::size_t> indices = field_indices(stream, {date_field, time_field});
     bool header = header_, result = false;
     each_line([&](std::string_view line, std::size_t) {
       if (std::exchange(header, false)) return true;
@@ -304,9 +304,9 @@ class TableRecording : public Recording {
       std::vector<std::string_view> cells;
       splitter.split(line, cells);
       if (std::max(indices[0], indices[1]) >= cells.size()) return true;
-      const auto date = parse_time_text(cells[indices[0]]), time = parse_time_text(cells[indices[1]]);
-      result =
-          date && std::fmod(*date, kSecondsPerDay) == 0 && *date >= kSecondsPerDay && time && *time <= kSecondsPerDay;
+      const RecordedValue date = value(cells[indices[0]]);
+      const auto day = recorded_date(date.number, date.text), time = parse_time_text(cells[indices[1]]);
+      result = day && std::fmod(*day, kSecondsPerDay) == 0 && *day >= kSecondsPerDay && time && *time <= kSecondsPerDay;
       return false;
     });
     return result;
@@ -329,7 +329,7 @@ class TableRecording : public Recording {
       const RecordedValue& v = row.values[0];
       double t = v.text.empty() ? v.number * factor : parse_time_text(v.text).value_or(v.number);
       if (row.values.size() > 1)
-        t += parse_time_text(row.values[1].text).value_or(std::numeric_limits<double>::quiet_NaN());
+        t += recorded_date(row.values[1].number, row.values[1].text).value_or(std::numeric_limits<double>::quiet_NaN());
       if (!(stream.first <= t)) stream.first = t;
       if (!(stream.last >= t)) stream.last = t;
     };

@@ -104,6 +104,14 @@ std::optional<double> parse_time_text(std::string_view text) {
   return t + sign * (*hours * 3600.0 + *minutes * 60.0);
 }
 
+std::optional<double> recorded_date(double number, std::string_view text) {
+  if (!text.empty()) return parse_time_text(text);
+  constexpr double kFirst = 19700101, kLast = 21001231;
+  if (!(number >= kFirst && number <= kLast) || number != std::floor(number)) return {};
+  const int n = static_cast<int>(number);
+  return parse_time_text(fmt::format("{:04}-{:02}-{:02}", n / 10000, n / 100 % 100, n % 100));
+}
+
 double packed_time_of_day(double number) {
   const double hours = std::trunc(number / 1e4), minutes = std::trunc((number - 1e4 * hours) / 100);
   const double seconds = number - 1e4 * hours - 100 * minutes;

@@ -19,6 +19,9 @@ long days_since_1970(int year, int month, int day);
 /// day [s].
 std::optional<double> parse_time_text(std::string_view text);
 
+/// Returns the time of a date: of its text, or of a number such as 20241126.
+std::optional<double> recorded_date(double number, std::string_view text);
+
 /// Returns the seconds since midnight of a number hhmmss.ss, or nan if it is no time of day.
 double packed_time_of_day(double number);
 

@@ -132,12 +132,15 @@ TEST_F(TableImportTest, TimesOfDayContinueAfterMidnight) {
 }
 
 TEST_F(TableImportTest, DateAndTimeMayBeTwoColumns) {
-  const std::string rows = "26.11.2024,05:46:40,1\n26.11.2024,05:46:41,1\n";
-  for (const std::string header : {"date,time,z\n", "Date,UTC,z\n"}) {
-    const Import result = import(header + rows, "depth", "depth: z");
-    EXPECT_THAT(times(result), ElementsAre(1732600000, 1732600001)) << header;
-    EXPECT_THAT(result.assumptions, Contains(HasSubstr("with the date in ")));
-  }
+  for (const std::string date : {"26.11.2024", "2024-11-26", "20241126"})
+    for (const std::string header : {"date,time,z\n", "Date,UTC,z\n"}) {
+      const Import result = import(header + date + ",05:46:40,1\n" + date + ",05:46:41,1\n", "depth", "depth: z");
+      EXPECT_THAT(times(result), ElementsAre(1732600000, 1732600001)) << date << header;
+      EXPECT_THAT(result.assumptions, Contains(HasSubstr("with the date in ")));
+    }
+  EXPECT_THAT(times(import("date,time,z\n2024-11-26 05:46:40,0.5,1\n2024-11-26 05:46:41,1.5,1\n", "depth", "depth: z")),
+              ElementsAre(1732600000, 1732600001))
+      << "the first column that is a time by its name";
 }
 
 TEST_F(TableImportTest, DroppedRowsAreShownWithLineAndText) {
