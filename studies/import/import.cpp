@@ -25,16 +25,18 @@ bool is_of_target(const ImportedSensor& s) { return !is_own_sensor(s) && !is_tru
 
 std::string listed_drops(const ImportedSensor& sensor) {
   std::vector<std::string> texts;
-  for (const auto& [reason, dropped] : sensor.dropped()) texts.push_back(fmt::format("{} × {}", dropped.count, reason));
+  for (const auto& [reason, dropped] : sensor.dropped())
+    texts.push_back(fmt::format("{} × {} (first: {})", dropped.count, reason, dropped.example));
   return listed(texts);
 }
 
 /// Throws Error if a sensor has no rows.
-void require_rows(const Sensors& sensors) {
-  for (const auto& s : sensors)
+void require_rows(const Import& import) {
+  for (const auto& s : import.sensors)
     if (s->rows() == 0)
-      throw Error(fmt::format("{}: no row of {} is usable ({} read; dropped: {})", s->sensor().name, s->sensor().stream,
-                              s->read(), s->dropped().empty() ? "none" : listed_drops(*s)));
+      throw Error(fmt::format("{}: no row of {} is usable ({} read; dropped: {}{})", s->sensor().name,
+                              s->sensor().stream, s->read(), s->dropped().empty() ? "none" : listed_drops(*s),
+                              import.defects.empty() ? "" : "; " + import.defects.front()));
 }
 
 /// Sets the origin of the local frame: that of the map, or the first fix of the chaser, or of any sensor.
@@ -204,7 +206,7 @@ Import import_recording(Recording& recording, ImportMap map, const std::function
                                : fmt::format("{}: no usable row ({})", s->sensor().stream, listed_drops(*s)));
     return true;
   });
-  require_rows(import.sensors);
+  require_rows(import);
   check_use(import, without_rows);
   for (std::string& sentence : without_rows) import.map.unused.push_back(std::move(sentence));
   set_frame(import);
@@ -212,15 +214,14 @@ Import import_recording(Recording& recording, ImportMap map, const std::function
   for (const auto& s : import.sensors) s->finish(import.frame, import.declination.value_or(0));
   check_clocks(import.sensors);
   trim_to_motion(import);
-  require_rows(import.sensors);
+  require_rows(import);
   std::vector<SensorSeries> series;
   for (const auto& s : import.sensors) {
     if (s->backwards() > 0)
       import.findings.push_back(
           fmt::format("{}: the time runs backwards {} times; the rows are sorted", s->sensor().name, s->backwards()));
-    const auto& settings = s->sensor().settings;
-    const bool turned =
-        std::any_of(settings.begin(), settings.end(), [](const auto& e) { return e.first == "orientation"; });
+    for (std::string& finding : s->findings()) import.findings.push_back(std::move(finding));
+    const bool turned = has_setting(s->sensor().settings, "orientation");
     series.push_back({s->sensor().name,
                       std::string(s->sensor().type->name),
                       s->rows(),

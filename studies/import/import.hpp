@@ -34,7 +34,7 @@ bool has_type(const Import& import, std::string_view type);
 /// Throws Error if nothing remains, or if sensors are on different clocks.
 Import import_recording(Recording& recording, ImportMap map, const std::function<void()>& stop);
 
-/// Writes the scenario folder.
+/// Writes the scenario folder. Throws Error, with the place in the map, if a setting of the map is not valid there.
 void write_import(const Import& import, const std::filesystem::path& folder);
 
 }  // namespace tandem

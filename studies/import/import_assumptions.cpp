@@ -94,7 +94,8 @@ class SensorConventions {
     const ImportTime& time = sensor_.time;
     if (!sensor_.time_note.empty()) say("{}", sensor_.time_note);
     if (!sensor_.time_stated)
-      say("the time is {}", time.receive ? "that of receipt" : time.field.field + ", by its name");
+      say("the time is {}{}", time.receive ? "that of receipt" : time.field.field + ", by its name",
+          time.date_field.empty() ? "" : ", with the date in " + time.date_field);
     if (!time.receive && time.field.unit.empty() && !sensor_.fields_by_rule && !time.field.field.empty())
       say("times are in seconds, unless their text is a date");
     if (time.gps && time.leap_seconds == kLeapSeconds) say("{:g} leap seconds between GPS and UTC", time.leap_seconds);

@@ -5,6 +5,7 @@
 
 #include <tandem/lie/error.hpp>
 #include <tandem/studies/import/import_entry.hpp>
+#include <tandem/studies/import/import_field.hpp>
 #include <tandem/studies/support/text.hpp>
 
 namespace tandem {
@@ -115,60 +116,9 @@ class EntryReader {
     sensor_.magnetic = north == "magnetic";
   }
 
-  /// Returns the field of an expression "[-]NAME [UNIT]" or "=CONSTANT".
+  /// Returns the field of an expression; see import_field().
   ImportField field_of(const std::string& key, std::string_view text, Quantity quantity) const {
-    const std::string where = fmt::format("{}: {}", place(key), key);
-    ImportField result;
-    std::string expression(trimmed(text));
-    if (expression.starts_with('=')) {
-      const auto number = parse_number(trimmed(std::string_view(expression).substr(1)));
-      if (!number) throw Error(fmt::format("{}: {} is not a constant; write =NUMBER", where, quote(expression)));
-      result.constant = *number;
-      return result;
-    }
-    const RecordedField* found = find_field(stream_, expression);
-    double sign = 1;
-    if (!found && expression.starts_with('-')) {
-      sign = -1;
-      expression = std::string(trimmed(std::string_view(expression).substr(1)));
-      found = find_field(stream_, expression);
-    }
-    std::string unit;
-    if (!found && expression.ends_with(']')) {
-      const std::size_t open = expression.rfind('[');
-      if (open != std::string::npos && open > 0) {
-        unit = std::string(trimmed(std::string_view(expression).substr(open + 1, expression.size() - open - 2)));
-        expression = std::string(trimmed(std::string_view(expression).substr(0, open)));
-        found = find_field(stream_, expression);
-      }
-    }
-    if (!found && expression == kReceiveTime) {
-      result.field = expression;
-      return result;
-    }
-    if (!found) throw Error(fmt::format("{}: {}", where, unknown_field(stream_, expression)));
-    result.field = expression.find('[') != std::string::npos ? expression : found->name;
-    set_unit(where, unit, *found, quantity, result);
-    result.factor *= sign;
-    return result;
-  }
-
-  void set_unit(const std::string& where, std::string unit, const RecordedField& found, Quantity quantity,
-                ImportField& result) const {
-    if (unit.empty() && !found.unit.empty()) {
-      const auto stated = find_unit(found.unit);
-      if (stated && quantity != Quantity::number && stated->quantity != quantity)
-        throw Error(
-            fmt::format("{}: {} is in {} by its name or source, but {} is expected; write \"{} [UNIT]\" to "
-                        "state the unit",
-                        where, found.name, found.unit, tandem::name(quantity), found.name));
-      if (stated && stated->quantity == quantity) unit = found.unit;
-    }
-    if (unit.empty()) return;
-    const RecordedUnit known = unit_of(where, unit, quantity);
-    result.unit = std::string(known.name);
-    result.degrees_and_minutes = known.factor == 0;
-    result.factor = known.factor == 0 ? std::acos(-1.0) / 180 : known.factor;
+    return import_field(stream_, fmt::format("{}: {}", place(key), key), text, quantity);
   }
 
   std::string place(const std::string& key) const {
@@ -275,6 +225,7 @@ class EntryReader {
       if (from && from->has("time")) read_time_key(*from, field, unit);
     if (time.receive) return;
     if (field.empty()) field = stream_.time_field;
+    if (field == stream_.time_field && time.date == 0 && time.date_field.empty()) time.date_field = stream_.date_field;
     if (field.empty()) {
       time.receive = std::isfinite(stream_.first);
       if (time.receive) return;
@@ -355,21 +306,28 @@ class EntryReader {
   void read_settings() {
     std::erase_if(sensor_.conditions, [](const ImportCondition& c) { return c.field.empty(); });
     for (const std::string& key : kSettings)
-      if (has(key)) sensor_.settings.emplace_back(key, key == "sigma" ? sigma_line() : section(key).line(key));
+      if (has(key))
+        sensor_.settings.push_back({key, key == "sigma" ? sigma_line() : section(key).line(key),
+                                    fmt::format("{}: {}", place(key), sensor_.name)});
   }
 
   /// Returns the standard deviations in SI units: "1.5 deg" becomes 0.026….
   std::string sigma_line() const {
     std::string line;
-    for (const std::string& text : section("sigma").texts("sigma")) {
-      const std::vector<std::string_view> parts = words(text);
+    const std::vector<std::string> texts = section("sigma").texts("sigma");
+    const std::vector<Quantity> expected = sigma_quantities(*sensor_.type);
+    for (std::size_t i = 0; i < texts.size(); ++i) {
+      const std::vector<std::string_view> parts = words(texts[i]);
       auto number = parts.empty() ? std::nullopt : parse_number(parts[0]);
       if (!number || parts.size() > 2)
-        fail("sigma", fmt::format("{} is not a standard deviation; write a number, or \"1.5 deg\"", quote(text)));
+        fail("sigma", fmt::format("{} is not a standard deviation; write a number, or \"1.5 deg\"", quote(texts[i])));
       if (parts.size() == 2) {
         const auto unit = find_unit(parts[1]);
         if (!unit || unit->factor == 0)
           fail("sigma", fmt::format("unknown unit {} of a standard deviation", quote(parts[1])));
+        if (i < expected.size() && unit->quantity != expected[i])
+          fail("sigma", fmt::format("{}: {} is a unit of {}, but number {} of sigma is in {}", sensor_.name, parts[1],
+                                    name(unit->quantity), i + 1, si_unit(expected[i])));
         *number *= unit->factor;
       }
       line += fmt::format("{}{:.6g}", line.empty() ? "[" : ", ", *number);

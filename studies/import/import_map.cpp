@@ -78,11 +78,24 @@ void read_head(const YamlSection& map, ImportMap& result) {
     result.water_given = true;
   }
   for (const std::string& key : kPassedOn)
-    if (map.has(key)) result.settings.emplace_back(key, map.line(key));
+    if (map.has(key)) result.settings.push_back({key, map.line(key), map.place(key)});
   if (map.has("noise")) {
     const YamlSection noise = map.section("noise");
-    for (const std::string& key : noise.keys()) result.noise.emplace_back(key, noise.line(key));
+    for (const std::string& key : noise.keys()) result.noise.push_back({key, noise.line(key), noise.place(key)});
   }
+}
+
+/// Throws Error if the field with the time, given for all sensors, is in no stream.
+void check_time(const YamlSection& map, const Recording& recording) {
+  if (!map.has("time") || map.is_mapping("time")) return;
+  const std::string text = map.text("time"), field = text.substr(0, text.find(" ["));
+  if (text == "message" || text == "receive") return;
+  std::vector<std::string> names{"message", "receive"};
+  for (const RecordedStream& stream : recording.streams()) {
+    if (find_field(stream, text) || find_field(stream, field)) return;
+    for (const RecordedField& f : stream.fields) names.push_back(f.name);
+  }
+  map.fail("time", fmt::format("no stream has the field {}{}", quote(field), did_you_mean(field, names)));
 }
 
 void check_once(const YamlSection& sensors, const ImportMap& map, const ImportSensor& added) {
@@ -156,8 +169,8 @@ const std::vector<ImportField>* ImportSensor::find(std::string_view quantity) co
   return nullptr;
 }
 
-bool has_setting(const std::vector<std::pair<std::string, std::string>>& settings, std::string_view key) {
-  return std::any_of(settings.begin(), settings.end(), [&](const auto& entry) { return entry.first == key; });
+bool has_setting(const std::vector<ImportSetting>& settings, std::string_view key) {
+  return std::any_of(settings.begin(), settings.end(), [&](const auto& entry) { return entry.key == key; });
 }
 
 TableSettings read_table_settings(const std::filesystem::path& file) {
@@ -183,6 +196,7 @@ ImportMap read_import_map(const std::filesystem::path& file, const Recording& re
   const YamlSection map = YamlSection::load(file);
   ImportMap result;
   read_head(map, result);
+  check_time(map, recording);
   const YamlSection sensors = map.section("sensors");
   for (const std::string& name : sensors.keys()) {
     const YamlSection entry = sensors.section(name);

@@ -22,6 +22,7 @@ struct ImportField {
   double factor = 1;
   double constant = 0;
   bool degrees_and_minutes = false;  ///< whether values have the form dddmm.mmmm, as in NMEA
+  bool time_of_day = false;          ///< whether values have the form hhmmss.ss
   std::string unit{};                ///< name of the unit, for the report; empty for SI units without a statement
 };
 
@@ -46,6 +47,12 @@ struct ImportTime {
   double offset = 0;  ///< s, added
 };
 
+/// An entry that scenario.yaml receives.
+struct ImportSetting {
+  std::string key, value;
+  std::string place;  ///< "map.yaml:12: SENSOR", for messages
+};
+
 /// A sensor to import: the stream, its fields, and the settings that scenario.yaml receives.
 struct ImportSensor {
   std::string name;
@@ -59,8 +66,8 @@ struct ImportSensor {
   std::vector<ImportCondition> conditions{};
   std::vector<ImportField> variances{};  ///< give sigma, if `sigma` is not in `settings`
   ImportAxes axes{};
-  bool magnetic = false;                                        ///< headings refer to magnetic north
-  std::vector<std::pair<std::string, std::string>> settings{};  ///< keys and values for scenario.yaml
+  bool magnetic = false;                  ///< headings refer to magnetic north
+  std::vector<ImportSetting> settings{};  ///< keys and values for scenario.yaml
   std::string frame_field{};  ///< field with the frame; rows in frames of the world are dropped; empty if any is right
   std::string time_note{};    ///< how the times follow, if the recording does not state them
   bool assumed = false;       ///< whether a rule has made it, without a map
@@ -87,13 +94,13 @@ struct ImportMap {
   double density = 1025, atmosphere = 101325;  ///< kg/m³, Pa
   bool water_given = false;
   std::vector<ImportSensor> sensors{};
-  std::vector<std::pair<std::string, std::string>> settings{};  ///< further keys of scenario.yaml
-  std::vector<std::pair<std::string, std::string>> noise{};
+  std::vector<ImportSetting> settings{};  ///< further keys of scenario.yaml
+  std::vector<ImportSetting> noise{};
   std::vector<std::string> unused{};  ///< streams that no rule uses, with the reason
 };
 
 /// Returns whether settings have a key.
-bool has_setting(const std::vector<std::pair<std::string, std::string>>& settings, std::string_view key);
+bool has_setting(const std::vector<ImportSetting>& settings, std::string_view key);
 
 /// Reads the tables' settings from a map file. They must be known before the recording is opened.
 TableSettings read_table_settings(const std::filesystem::path& map);

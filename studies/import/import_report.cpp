@@ -97,16 +97,17 @@ JsonFields<ImportedSensor> sensor_fields() {
       .add("written", "number of rows written", [](const S& s) { return s.rows(); })
       .add("first", "time of the first row [s]", [](const S& s) { return s.t(0); })
       .add("last", "time of the last row [s]", [](const S& s) { return s.t(s.rows() - 1); })
-      .add_list("dropped", "rows dropped, by reason",
-                JsonFields<DroppedEntry>()
-                    .add("reason", "reason", [](const DroppedEntry& d) { return d.reason; })
-                    .add("rows", "number of rows", [](const DroppedEntry& d) { return d.rows.count; })
-                    .add("first", "time and value of the first", [](const DroppedEntry& d) { return d.rows.example; }),
-                [](const S& s) {
-                  std::vector<DroppedEntry> entries;
-                  for (const auto& [reason, rows] : s.dropped()) entries.push_back({reason, rows});
-                  return entries;
-                });
+      .add_list(
+          "dropped", "rows dropped, by reason",
+          JsonFields<DroppedEntry>()
+              .add("reason", "reason", [](const DroppedEntry& d) { return d.reason; })
+              .add("rows", "number of rows", [](const DroppedEntry& d) { return d.rows.count; })
+              .add("first", "line, time and value of the first", [](const DroppedEntry& d) { return d.rows.example; }),
+          [](const S& s) {
+            std::vector<DroppedEntry> entries;
+            for (const auto& [reason, rows] : s.dropped()) entries.push_back({reason, rows});
+            return entries;
+          });
 }
 
 struct WrittenImport {

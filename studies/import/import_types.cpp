@@ -25,6 +25,10 @@ constexpr ImportQuantity kAngularRate[] = {{"angular_rate", Quantity::angular_ra
 constexpr ImportQuantity kRange[] = {{"range", Quantity::length, 1}};
 constexpr ImportQuantity kDirection[] = {{"azimuth", Quantity::angle, 1}, {"elevation", Quantity::angle, 1}};
 
+void append(std::vector<Quantity>& to, Quantity quantity, int count) {
+  to.insert(to.end(), static_cast<std::size_t>(count), quantity);
+}
+
 }  // namespace
 
 const std::vector<ImportType>& import_types() {
@@ -62,6 +66,37 @@ std::vector<std::string> import_type_names() {
   std::vector<std::string> names;
   for (const ImportType& type : import_types()) names.emplace_back(type.name);
   return names;
+}
+
+std::vector<Quantity> sigma_quantities(const ImportType& type) {
+  std::vector<Quantity> result;
+  for (const ImportPart part : type.parts) switch (part) {
+      case ImportPart::world_position:
+      case ImportPart::body_position:
+        append(result, Quantity::length, 3);
+        break;
+      case ImportPart::world_orientation:
+      case ImportPart::body_orientation:
+        append(result, Quantity::angle, 3);
+        break;
+      case ImportPart::height:
+      case ImportPart::range:
+        append(result, Quantity::length, 1);
+        break;
+      case ImportPart::velocity:
+        append(result, Quantity::speed, 3);
+        break;
+      case ImportPart::acceleration:
+        append(result, Quantity::acceleration, 3);
+        break;
+      case ImportPart::angular_rate:
+        append(result, Quantity::angular_rate, 3);
+        break;
+      case ImportPart::direction:
+        append(result, Quantity::angle, 2);
+        break;
+    }
+  return result;
 }
 
 std::span<const ImportQuantity> quantities(ImportPart part) {

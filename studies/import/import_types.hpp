@@ -49,4 +49,7 @@ struct ImportQuantity {
 /// Returns the quantities that describe a part.
 std::span<const ImportQuantity> quantities(ImportPart part);
 
+/// Returns the quantity of each standard deviation of a type.
+std::vector<Quantity> sigma_quantities(const ImportType& type);
+
 }  // namespace tandem

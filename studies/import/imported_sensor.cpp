@@ -11,6 +11,7 @@
 #include <tandem/studies/import/frame_names.hpp>
 #include <tandem/studies/import/imported_rotation.hpp>
 #include <tandem/studies/import/imported_sensor.hpp>
+#include <tandem/studies/support/text.hpp>
 
 namespace tandem {
 namespace {
@@ -92,54 +93,15 @@ double ImportedSensor::value(const Bound& bound, const RecordedRow& row) const {
     const double degrees = std::trunc(number / 100);
     number = degrees + (number - 100 * degrees) / 60;
   }
+  if (bound.field.time_of_day) number = packed_time_of_day(number);
   return bound.field.factor * number;
-}
-
-std::optional<double> ImportedSensor::time(const RecordedRow& row) {
-  const ImportTime& time = sensor_.time;
-  double t = row.received;
-  if (!time.receive) {
-    const RecordedValue* recorded =
-        time_.field.field.empty() || time_.field.field == kReceiveTime ? nullptr : &row.values[time_.index];
-    if (recorded && !recorded->text.empty()) {
-      const auto parsed = parse_time_text(recorded->text);
-      if (!parsed) return {};
-      t = *parsed;
-    } else {
-      t = value(time_, row);
-      // The magnitude of a time since 1970 gives its unit if none is stated.
-      if (recorded && time_.field.unit.empty()) t *= t > 1e17 ? 1e-9 : t > 1e14 ? 1e-6 : t > 1e11 ? 1e-3 : 1;
-    }
-    if (!time.week.empty()) t += row.values[week_.index].number * 7 * 86400;
-    if (time.gps) t += kGpsEpoch - time.leap_seconds;
-    t += time.date;
-    if (!time.date_field.empty()) {
-      const auto date = parse_time_text(row.values[date_.index].text);
-      if (!date) return {};
-      t += *date;
-    }
-  }
-  if (sensor_.latency) t -= value(latency_, row);
-  t += time.offset;
-  return std::isfinite(t) ? std::optional(t) : std::nullopt;
-}
-
-bool ImportedSensor::drop(const std::string& reason, double t, double value) {
-  DroppedRows& dropped = dropped_[reason];
-  if (dropped.count++ == 0) dropped.example = fmt::format("t = {:.3f}, value {:.6g}", t, value);
-  return false;
-}
-
-bool ImportedSensor::drop_missing(const std::vector<Bound>& fields, double t) {
-  std::vector<std::string> names;
-  for (const Bound& field : fields) names.push_back(field.field.field);
-  return drop(fmt::format("no number in {}", fmt::join(names, ", ")), t, std::nan(""));
 }
 
 bool ImportedSensor::accepted(const RecordedRow& row, double t) {
   for (const auto& [condition, index] : conditions_)
-    if (!is_met(condition, row.values[index]))
-      return drop(condition_text(condition) + " is not met", t, row.values[index].number);
+    if (const RecordedValue& value = row.values[index]; !is_met(condition, value))
+      return drop(condition_text(condition) + " is not met", t,
+                  value.text.empty() ? fmt::format("value {:.6g}", value.number) : quote(value.text));
   if (sensor_.frame_field.empty()) return true;
   const std::string_view frame = row.values[frame_].text;
   if (is_world_frame(frame))
@@ -154,9 +116,10 @@ bool ImportedSensor::accepted(const RecordedRow& row, double t) {
 
 void ImportedSensor::add(const RecordedRow& row) {
   ++read_;
+  current_ = &row;
   const std::optional<double> t = time(row);
   if (!t) {
-    drop("no time", row.received);
+    drop_without_time();
     return;
   }
   if (*t == 0 && row.received > 1) {
@@ -283,6 +246,8 @@ bool ImportedSensor::append_orientation(ImportPart part, const RecordedRow& row,
     for (std::size_t i = 0; i < fields.size(); ++i) {
       target[i] = value(fields[i], row);
       if (!std::isfinite(target[i])) return drop_missing(fields, t);
+      if (name != "magnetic_field" && !name.starts_with("quaternion"))
+        angles_.note(name, fields[i].field.unit, target[i]);
     }
   }
   if (!given) {  // possible for truth only, whose orientation is optional
@@ -332,6 +297,7 @@ void ImportedSensor::finish(const std::optional<LocalFrame>& frame, double decli
       const auto q = turned_clockwise({at[0], at[1], at[2], at[3]}, declination, map_.ned);
       std::copy(q.begin(), q.end(), at);
     }
+  current_ = nullptr;
   bool sorted = true;
   for (std::size_t i = 1; i < n && sorted; ++i) sorted = values_[(i - 1) * width_] < values_[i * width_];
   if (sorted) return;
@@ -343,7 +309,7 @@ void ImportedSensor::finish(const std::optional<LocalFrame>& frame, double decli
   for (const std::uint32_t i : order) {
     const double t = values_[i * width_];
     if (!in_order.empty() && t <= in_order[in_order.size() - width_]) {
-      drop("the time of the row before", t, t);
+      drop("the time of the row before", t);
       continue;
     }
     for (std::size_t c = 0; c < width_; ++c) in_order.push_back(values_[i * width_ + c]);
@@ -354,11 +320,11 @@ void ImportedSensor::finish(const std::optional<LocalFrame>& frame, double decli
 void ImportedSensor::trim(double first, double last, const std::string& reason) {
   std::size_t begin = 0, end = rows();
   while (begin < end && t(begin) < first) {
-    drop(reason, t(begin), t(begin));
+    drop(reason, t(begin));
     ++begin;
   }
   while (end > begin && t(end - 1) > last) {
-    drop(reason, t(end - 1), t(end - 1));
+    drop(reason, t(end - 1));
     --end;
   }
   values_.erase(values_.begin() + static_cast<long>(end * width_), values_.end());

@@ -15,7 +15,28 @@ namespace tandem {
 /// Rows that an import dropped for one reason.
 struct DroppedRows {
   std::size_t count = 0;
-  std::string example;  ///< the first one: its time and value
+  std::string example;  ///< the first one: its line, time and value
+};
+
+/// The largest angle of an orientation, as the recording has it.
+struct LargestAngle {
+  std::string quantity, unit;
+  double value = 0;  ///< rad
+
+  /// Stores an angle if its excess over the largest angle of its quantity is the largest so far.
+  void note(const std::string& name, const std::string& of_unit, double angle);
+};
+
+/// Recognises numbers hhmmss among times without a unit: all are times of day, and 59 is followed by 100.
+class PackedTimes {
+ public:
+  void note(double number);
+  bool found() const { return possible_ && minutes_ > 0; }
+
+ private:
+  bool possible_ = true;
+  std::size_t minutes_ = 0;  ///< number of steps from one minute to the next
+  double last_ = 0;
 };
 
 /// The rows of one sensor, as its file in the scenario has them.
@@ -47,6 +68,8 @@ class ImportedSensor {
   bool is_geographic() const { return geographic_; }
   bool needs_declination() const { return sensor_.magnetic && orientation_ >= 0; }
   std::size_t backwards() const { return backwards_; }  ///< rows earlier than the row before
+  /// Returns a sentence each if an angle of the orientation is beyond a turn, and if times have the form hhmmss.
+  std::vector<std::string> findings() const;
 
   /// Returns the first position as latitude, longitude and height, before finish().
   std::optional<GeographicPoint> first_fix() const;
@@ -74,8 +97,12 @@ class ImportedSensor {
   bool append_vector(const char* quantity, const AxisMap& axes, const RecordedRow& row, double t);
   bool append_height(const RecordedRow& row, double t);
   const std::vector<Bound>* bound(std::string_view quantity) const;
-  bool drop(const std::string& reason, double t, double value = 0);
+  /// Counts a dropped row and returns false. The first one of a reason is stored with `detail`.
+  bool drop(const std::string& reason, double t, const std::string& detail = "");
+  bool drop(const std::string& reason, double t, double value);
   bool drop_missing(const std::vector<Bound>& fields, double t);
+  void drop_without_time();
+  double after_midnight(double of_day);
 
   const ImportSensor& sensor_;
   const ImportMap& map_;
@@ -89,7 +116,11 @@ class ImportedSensor {
   std::set<std::string> frames_;
   std::size_t width_ = 1;
   bool geographic_ = false;
-  int orientation_ = -1;  ///< first column of an orientation in the world
+  const RecordedRow* current_ = nullptr;  ///< during add()
+  LargestAngle angles_;
+  PackedTimes packed_times_;
+  double last_of_day_ = 0, midnight_ = 0;  ///< s; see after_midnight()
+  int orientation_ = -1;                   ///< first column of an orientation in the world
   std::deque<double> values_;
   std::vector<double> row_;
   std::vector<std::deque<float>> variance_samples_;

@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <cctype>
+#include <cmath>
 #include <map>
 #include <utility>
 
@@ -16,7 +17,8 @@ namespace tandem {
 namespace {
 
 constexpr std::size_t kProbedLines = 50;
-constexpr int kLinesPerStop = 4096;  // lines between two calls of `stop`
+constexpr double kSecondsPerDay = 86400;  // s
+constexpr int kLinesPerStop = 4096;       // lines between two calls of `stop`
 
 /// Splits lines of a table into cells. Cells may be quoted (RFC 4180).
 class CellSplitter {
@@ -69,7 +71,7 @@ double number_of(std::string_view cell, bool decimal_comma) {
 
 bool has_decimal_comma(std::string_view cell) {
   const std::size_t comma = cell.find(',');
-  if (comma == std::string_view::npos) return false;
+  if (comma == std::string_view::npos || cell.find(',', comma + 1) != std::string_view::npos) return false;
   return std::all_of(cell.begin(), cell.end(),
                      [](char c) { return (c >= '0' && c <= '9') || c == ',' || c == '-' || c == '+'; });
 }
@@ -81,8 +83,10 @@ class TableRecording : public Recording {
   TableRecording(const std::filesystem::path& file, const TableSettings& settings) : settings_(settings) {
     file_ = file;
     format_ = "table";
+    for (const std::string& text : settings.missing)
+      if (const auto number = parse_number(text)) missing_.push_back(*number);
     std::vector<std::string> head;
-    each_line([&](std::string_view line) {
+    each_line([&](std::string_view line, std::size_t) {
       head.emplace_back(line);
       return head.size() < kProbedLines;
     });
@@ -93,7 +97,18 @@ class TableRecording : public Recording {
     detect_decimal_comma(head, splitter);
     splitter.split(head.front(), cells);
     header_ = settings.header.value_or(detect_header(cells));
-    add_stream(head, splitter, cells);
+    const std::string comment = first_comment();
+    if (!comment.empty() && settings.header.value_or(true) && !detect_header(cells)) {
+      const std::size_t columns = cells.size();
+      std::vector<std::string_view> names;
+      splitter.split(comment, names);
+      if (names.size() == columns && columns > 1 && detect_header(names) && names_time(names)) {
+        header_ = false;
+        add_stream(names);
+        return;
+      }
+    }
+    add_stream(header_ ? cells : std::vector<std::string_view>());
   }
 
   void read(const std::vector<RowRequest>& requests, const std::function<void()>& stop) override {
@@ -105,22 +120,52 @@ class TableRecording : public Recording {
     std::vector<RecordedValue> values;
     bool header = header_;
     int lines = 0;
-    each_line([&](std::string_view line) {
+    each_line([&](std::string_view line, std::size_t number) {
       if (std::exchange(header, false)) return true;
       if (++lines % kLinesPerStop == 0) stop();
       splitter.split(line, cells);
+      widest_ = std::max(widest_, cells.size());
+      if (has_open_quote(line)) add_open_quote(number);
       for (std::size_t r = 0; r < requests.size(); ++r) {
         values.clear();
         for (const std::size_t index : indices[r])
           values.push_back(index < cells.size() ? value(cells[index]) : RecordedValue());
-        requests[r].row({std::numeric_limits<double>::quiet_NaN(), values});
+        requests[r].row({std::numeric_limits<double>::quiet_NaN(), values, number});
       }
       return true;
     });
   }
 
  private:
-  /// Calls f(line) for each line of the table, without comments and empty lines, until it returns false.
+  bool has_open_quote(std::string_view line) const {
+    return delimiter_ != ' ' && std::count(line.begin(), line.end(), '"') % 2 != 0;
+  }
+
+  void add_open_quote(std::size_t line) {
+    if (std::exchange(open_quote_, true)) return;
+    add_defect(
+        fmt::format("line {}: a quoted cell is not closed; cells with line breaks are not supported, and each "
+                    "line is read as a row",
+                    line));
+  }
+
+  /// Returns the last comment before the first row, without its characters for comments.
+  std::string first_comment() const {
+    InputFile stream(file_);
+    std::string line, comment;
+    for (std::size_t number = 0; std::getline(stream, line); ++number) {
+      if (number < settings_.skip) continue;
+      std::string_view text = trimmed(line);
+      if (number == 0 && text.starts_with("\xEF\xBB\xBF")) text.remove_prefix(3);
+      if (text.empty()) continue;
+      if (settings_.comment.find(text.front()) == std::string::npos) break;
+      while (!text.empty() && settings_.comment.find(text.front()) != std::string::npos) text.remove_prefix(1);
+      comment = trimmed(text);
+    }
+    return comment;
+  }
+
+  /// Calls f(line, number) for each line of the table, without comments and empty lines, until it returns false.
   template <class F>
   void each_line(F f) const {
     InputFile stream(file_);
@@ -133,7 +178,7 @@ class TableRecording : public Recording {
       while (!text.empty() && (text.back() == '\r' || text.back() == '\0')) text.remove_suffix(1);
       const std::string_view content = trimmed(text);
       if (content.empty() || settings_.comment.find(content.front()) != std::string::npos) continue;
-      if (!f(text)) return;
+      if (!f(text, number)) return;
     }
   }
 
@@ -166,11 +211,13 @@ class TableRecording : public Recording {
       decimal_comma_ = *settings_.decimal_comma;
       return;
     }
-    if (delimiter_ == ',') return;
+    constexpr std::size_t kThousands = 3;
     std::vector<std::string_view> cells;
     for (const std::string& line : head) {
       splitter.split(line, cells);
-      for (const std::string_view cell : cells) decimal_comma_ |= has_decimal_comma(cell);
+      for (const std::string_view cell : cells)  // the quoted "1,234" of a table with commas may be 1234
+        decimal_comma_ |=
+            has_decimal_comma(cell) && (delimiter_ != ',' || cell.size() - cell.find(',') - 1 != kThousands);
     }
   }
 
@@ -179,38 +226,90 @@ class TableRecording : public Recording {
            std::none_of(cells.begin(), cells.end(), [](std::string_view c) { return parse_time_text(c).has_value(); });
   }
 
-  void add_stream(const std::vector<std::string>& head, CellSplitter& splitter, std::vector<std::string_view>& cells) {
+  /// Adds the stream. `names` is empty if the table has no header.
+  void add_stream(const std::vector<std::string_view>& names) {
     RecordedStream stream{file_.stem().string()};
-    if (header_) {
-      for (const std::string_view cell : cells) {
-        std::string name(trimmed(cell));
-        if (name.empty()) name = fmt::format("{}", stream.fields.size() + 1);
-        stream.fields.push_back({name, unit_in_name(name)});
+    std::vector<std::string> repeated;
+    for (const std::string_view cell : names) {
+      const std::size_t column = stream.fields.size() + 1;
+      std::string name(trimmed(cell));
+      const std::string unit = unit_in_name(name);
+      if (name.empty()) name = fmt::format("{}", column);
+      if (find_name(stream, name)) {
+        if (std::find(repeated.begin(), repeated.end(), name) == repeated.end()) repeated.push_back(name);
+        name += fmt::format(" (column {})", column);
       }
-    } else {
-      std::size_t columns = 0;
-      for (const std::string& line : head) {
-        splitter.split(line, cells);
-        columns = std::max(columns, cells.size());
-      }
-      for (std::size_t i = 1; i <= columns; ++i) stream.fields.push_back({fmt::format("{}", i)});
+      stream.fields.push_back({name, unit});
     }
-    stream.time_field = time_field(stream.fields);
+    if (!repeated.empty())
+      add_defect(
+          fmt::format("the header repeats {}; the name stands for the first of these columns, and the number of a "
+                      "column for each",
+                      listed(repeated)));
+    set_time_fields(stream);
     streams_.push_back(std::move(stream));
     count_rows();
+    std::vector<RecordedField>& fields = streams_[0].fields;
+    if (names.empty())
+      for (std::size_t i = 1; i <= widest_; ++i) fields.push_back({fmt::format("{}", i)});
   }
 
-  /// Returns the field that has the name of a time, or an empty text.
-  static std::string time_field(const std::vector<RecordedField>& fields) {
-    for (const RecordedField& field : fields) {
-      std::string name = field.name;
-      std::transform(name.begin(), name.end(), name.begin(),
-                     [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-      if (name == "t" || name.starts_with("t_") || name.starts_with("t [") || name.starts_with("time") ||
-          name.starts_with("stamp") || name.starts_with("utc") || name.starts_with("date") || name.starts_with("epoch"))
-        return field.name;
+  static bool find_name(const RecordedStream& stream, const std::string& name) {
+    return std::any_of(stream.fields.begin(), stream.fields.end(),
+                       [&](const RecordedField& f) { return f.name == name; });
+  }
+
+  static std::string lower(std::string_view text) {
+    std::string result(text);
+    std::transform(result.begin(), result.end(), result.begin(),
+                   [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+    return result;
+  }
+  /// Returns whether a column has the name of a time.
+  static bool is_time(std::string_view column) {
+    const std::string name = lower(column);
+    if (name == "t") return true;
+    for (const char* start : {"t_", "t [", "time", "stamp", "utc", "date", "epoch"})
+      if (name.starts_with(start)) return true;
+    return false;
+  }
+  static bool names_time(const std::vector<std::string_view>& names) {
+    return std::any_of(names.begin(), names.end(), is_time);
+  }
+
+  /// Sets the first field that has the name of a time. If the table has a column for dates and one for times of day, sets
+  /// both.
+  void set_time_fields(RecordedStream& stream) const {
+    std::string date, time;
+    for (const RecordedField& field : stream.fields) {
+      if (!is_time(field.name)) continue;
+      if (stream.time_field.empty()) stream.time_field = field.name;
+      const std::string name = lower(field.name);
+      const bool is_date = name.starts_with("date") && name.find("time") == std::string::npos;
+      std::string& first = is_date ? date : time;
+      if (first.empty()) first = field.name;
     }
-    return "";
+    if (date.empty() || time.empty() || !first_row_has(date, time, stream)) return;
+    stream.time_field = time;
+    stream.date_field = date;
+  }
+
+  /// Returns whether the first row has a date in one field and a time of day in another.
+  bool first_row_has(const std::string& date_field, const std::string& time_field, const RecordedStream& stream) const {
+    const std::vector<std::size_t> indices = field_indices(stream, {date_field, time_field});
+    bool header = header_, result = false;
+    each_line([&](std::string_view line, std::size_t) {
+      if (std::exchange(header, false)) return true;
+      CellSplitter splitter(delimiter_);
+      std::vector<std::string_view> cells;
+      splitter.split(line, cells);
+      if (std::max(indices[0], indices[1]) >= cells.size()) return true;
+      const RecordedValue date = value(cells[indices[0]]);
+      const auto day = recorded_date(date.number, date.text), time = parse_time_text(cells[indices[1]]);
+      result = day && std::fmod(*day, kSecondsPerDay) == 0 && *day >= kSecondsPerDay && time && *time <= kSecondsPerDay;
+      return false;
+    });
+    return result;
   }
 
   void count_rows() {
@@ -218,15 +317,19 @@ class TableRecording : public Recording {
     double factor = 1;
     if (!stream.time_field.empty()) {
       const RecordedField& field = stream.fields[field_indices(stream, {stream.time_field})[0]];
-      if (const auto unit = find_unit(field.unit); unit && unit->quantity == Quantity::time) factor = unit->factor;
+      if (const auto unit = find_unit(field.unit); unit && unit->quantity == Quantity::time && unit->factor > 0)
+        factor = unit->factor;
     }
     RowRequest request{stream.name, {}, {}};
     if (!stream.time_field.empty()) request.fields.push_back(stream.time_field);
+    if (!stream.date_field.empty()) request.fields.push_back(stream.date_field);
     request.row = [&](const RecordedRow& row) {
-      if (stream.rows++ > 0 && row.values.empty()) return;
+      ++stream.rows;
       if (row.values.empty()) return;
       const RecordedValue& v = row.values[0];
-      const double t = v.text.empty() ? v.number * factor : parse_time_text(v.text).value_or(v.number);
+      double t = v.text.empty() ? v.number * factor : parse_time_text(v.text).value_or(v.number);
+      if (row.values.size() > 1)
+        t += recorded_date(row.values[1].number, row.values[1].text).value_or(std::numeric_limits<double>::quiet_NaN());
       if (!(stream.first <= t)) stream.first = t;
       if (!(stream.last >= t)) stream.last = t;
     };
@@ -250,12 +353,15 @@ class TableRecording : public Recording {
     for (const std::string& missing : settings_.missing)
       if (cell == missing) return {};
     const double number = number_of(cell, decimal_comma_);
+    if (std::find(missing_.begin(), missing_.end(), number) != missing_.end()) return {};
     return {number, number == number ? std::string_view() : cell};
   }
 
   TableSettings settings_;
   char delimiter_ = ',';
-  bool decimal_comma_ = false, header_ = false;
+  bool decimal_comma_ = false, header_ = false, open_quote_ = false;
+  std::vector<double> missing_;  ///< the numbers of `settings_.missing`
+  std::size_t widest_ = 0;       ///< largest number of cells in a row
 };
 
 }  // namespace

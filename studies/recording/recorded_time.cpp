@@ -24,14 +24,14 @@ bool take(std::string_view& text, std::string_view any_of) {
   return true;
 }
 
-/// Reads HH:MM:SS with an optional fraction.
-std::optional<double> time_of_day(std::string_view& text) {
-  const auto hour = digits(text, 1, 2);
-  if (!hour || !take(text, ":")) return {};
+/// Reads HH:MM:SS, or HHMMSS if `packed`, with an optional fraction.
+std::optional<double> time_of_day(std::string_view& text, bool packed = false) {
+  const auto hour = digits(text, packed ? 2 : 1, 2);
+  if (!hour || (!packed && !take(text, ":"))) return {};
   const auto minute = digits(text, 2, 2);
   if (!minute) return {};
   double seconds = 0;
-  if (take(text, ":")) {
+  if (packed || take(text, ":")) {
     const auto whole = digits(text, 2, 2);
     if (!whole) return {};
     seconds = *whole;
@@ -43,6 +43,30 @@ std::optional<double> time_of_day(std::string_view& text) {
   }
   if (*hour > 24 || *minute > 59 || seconds >= 61) return {};
   return *hour * 3600.0 + *minute * 60.0 + seconds;
+}
+
+struct Date {
+  int year, month, day;
+};
+
+/// Reads YYYY-MM-DD, YYYY/MM/DD, YYYY.MM.DD, DD.MM.YYYY, or YYYYMMDD before a T (then `packed` is set).
+std::optional<Date> date(std::string_view& text, bool& packed) {
+  const std::string_view all = text;
+  packed = text.size() > 8 && text[8] == 'T';
+  if (const auto year = digits(text, 4, 4); year && (packed || take(text, "-/."))) {
+    const auto month = digits(text, packed ? 2 : 1, 2);
+    if (!month || (!packed && !take(text, "-/."))) return {};
+    const auto day = digits(text, packed ? 2 : 1, 2);
+    return day ? std::optional(Date{*year, *month, *day}) : std::nullopt;
+  }
+  text = all;
+  packed = false;
+  const auto day = digits(text, 1, 2);
+  if (!day || !take(text, ".")) return {};
+  const auto month = digits(text, 1, 2);
+  if (!month || !take(text, ".")) return {};
+  const auto year = digits(text, 4, 4);
+  return year ? std::optional(Date{*year, *month, *day}) : std::nullopt;
 }
 
 }  // namespace
@@ -60,16 +84,13 @@ std::optional<double> parse_time_text(std::string_view text) {
   std::string_view rest = text;
   if (const auto of_day = time_of_day(rest); of_day && rest.empty()) return of_day;
   rest = text;
-  const auto year = digits(rest, 4, 4);
-  if (!year || !take(rest, "-/.")) return {};
-  const auto month = digits(rest, 1, 2);
-  if (!month || !take(rest, "-/.")) return {};
-  const auto day = digits(rest, 1, 2);
-  if (!day || *month < 1 || *month > 12 || *day < 1 || *day > 31) return {};
-  double t = 86400.0 * static_cast<double>(days_since_1970(*year, *month, *day));
+  bool packed = false;
+  const auto day = date(rest, packed);
+  if (!day || day->month < 1 || day->month > 12 || day->day < 1 || day->day > 31) return {};
+  double t = 86400.0 * static_cast<double>(days_since_1970(day->year, day->month, day->day));
   if (rest.empty()) return t;
   if (!take(rest, "T t_")) return {};
-  const auto of_day = time_of_day(rest);
+  const auto of_day = time_of_day(rest, packed);
   if (!of_day) return {};
   t += *of_day;
   if (take(rest, "Zz") || rest.empty()) return rest.empty() ? std::optional(t) : std::nullopt;
@@ -81,6 +102,21 @@ std::optional<double> parse_time_text(std::string_view text) {
   const auto minutes = rest.empty() ? std::optional(0) : digits(rest, 2, 2);
   if (!minutes || !rest.empty()) return {};
   return t + sign * (*hours * 3600.0 + *minutes * 60.0);
+}
+
+std::optional<double> recorded_date(double number, std::string_view text) {
+  if (!text.empty()) return parse_time_text(text);
+  constexpr double kFirst = 19700101, kLast = 21001231;
+  if (!(number >= kFirst && number <= kLast) || number != std::floor(number)) return {};
+  const int n = static_cast<int>(number);
+  return parse_time_text(fmt::format("{:04}-{:02}-{:02}", n / 10000, n / 100 % 100, n % 100));
+}
+
+double packed_time_of_day(double number) {
+  const double hours = std::trunc(number / 1e4), minutes = std::trunc((number - 1e4 * hours) / 100);
+  const double seconds = number - 1e4 * hours - 100 * minutes;
+  return number >= 0 && hours <= 24 && minutes < 60 && seconds < 61 ? 3600 * hours + 60 * minutes + seconds
+                                                                    : std::nan("");
 }
 
 std::string utc_text(double t) {

@@ -29,12 +29,14 @@ struct RecordedUnit {
   double factor;
 };
 
-/// Returns the unit of this name ("deg", "ms", "mm/s", "bar", "g", "kn", …), or nothing. Names are case-sensitive.
+/// Returns the unit of this name ("deg", "ms", "mm/s", "bar", "g", "kn", …), or nothing. The case matters only where it
+/// distinguishes units: "Knots" is kn, but "Mm" is not mm.
 std::optional<RecordedUnit> find_unit(std::string_view name);
 /// Returns the unit of this name and quantity. Otherwise throws Error with `where` and the units of the quantity.
 RecordedUnit unit_of(const std::string& where, std::string_view name, Quantity quantity);
 
-/// Splits a column name with a unit: "range [m]" → "m", "heading_deg" → "deg". Empty if there is none.
+/// Returns the unit in a column name: "range [m]" → "m", "heading_deg" → "deg". A text in brackets that is no known unit
+/// is returned as it is: "depth [cubits]" → "cubits". Empty if there is none.
 std::string unit_in_name(std::string_view name);
 
 }  // namespace tandem

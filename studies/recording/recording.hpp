@@ -21,7 +21,7 @@ struct RecordedValue {
 /// A field of a stream.
 struct RecordedField {
   std::string name;    ///< path in the message: "pose.pose.position.x", or the name of a column
-  std::string unit{};  ///< unit that the recording states, in the spelling of units.hpp; empty if it states none
+  std::string unit{};  ///< unit that the recording states; empty if it states none. find_unit() may not know it.
 };
 
 /// A stream of a recording: a topic, a kind of message of a log, or a table.
@@ -30,6 +30,7 @@ struct RecordedStream {
   std::string type{};  ///< message type, for example "sensor_msgs/Imu"; empty if the format has none
   std::vector<RecordedField> fields{};
   std::string time_field{};  ///< field with the time of validity; empty if rows only have a receive time
+  std::string date_field{};  ///< field with the date, if `time_field` is a time of day
   std::size_t rows = 0;
   double first = std::numeric_limits<double>::quiet_NaN();  ///< time of the first and the last row [s]
   double last = std::numeric_limits<double>::quiet_NaN();
@@ -41,6 +42,7 @@ struct RecordedStream {
 struct RecordedRow {
   double received;  ///< receive time [s]; nan if the format has none
   std::span<const RecordedValue> values;
+  std::size_t line = 0;  ///< line of the file, counted from 1; 0 if the format has no lines
 };
 
 /// A request for rows: the fields of one stream and the function that receives them.
@@ -86,8 +88,8 @@ struct TableSettings {
   std::optional<char> delimiter{};  ///< ' ' means any number of blanks
   std::optional<bool> header{};     ///< whether the first line has the column names
   std::optional<bool> decimal_comma{};
-  std::string comment = "#%";          ///< lines that begin with one of these characters are skipped
-  std::vector<std::string> missing{};  ///< texts that mean a missing value, for example "-9999"
+  std::string comment = "#%";          ///< lines that begin with one of these are skipped, unless they name the columns
+  std::vector<std::string> missing{};  ///< texts or numbers that mean a missing value; -9999 also means -9999.0
   std::size_t skip = 0;                ///< lines before the table
 };
 

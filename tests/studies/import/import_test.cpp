@@ -106,7 +106,7 @@ TEST_F(ImportTest, ReportsDroppedRowsWithReasonAndExample) {
   write_boat_log();
   const Import result = import(boat_map());
   const std::string report = import_report(result);
-  EXPECT_THAT(report, HasSubstr("fix: 1 row: ok = 1 is not met (first: t = 1732600005.000, value 0)"));
+  EXPECT_THAT(report, HasSubstr("fix: 1 row: ok = 1 is not met (first: line 7, t = 1732600005.000, value 0)"));
   EXPECT_THAT(report, HasSubstr("range_m [m], bearing_deg [deg], -elevation_deg [deg]"));
   EXPECT_THAT(import_json(result, "out"), HasSubstr("\"reason\": \"ok = 1 is not met\""));
 }
@@ -126,8 +126,8 @@ TEST_F(ImportTest, NamesLineFieldAndRemedyOfAWrongMap) {
   const std::string map = boat_map();
   EXPECT_THAT(error_of_map(replaced(map, "range: range_m", "range: rage_m")),
               AllOf(HasSubstr("map.yaml:5"), HasSubstr("no field 'rage_m'; did you mean range_m?")));
-  EXPECT_THAT(error_of_map(replaced(map, "range: range_m", "range: \"range_m [mtr]\"")),
-              HasSubstr("unknown unit 'mtr'"));
+  EXPECT_THAT(error_of_map(replaced(map, "range: range_m", "range: \"range_m [cubit]\"")),
+              HasSubstr("unknown unit 'cubit'"));
   EXPECT_THAT(error_of_map(replaced(map, "range: range_m", "range: bearing_deg")),
               HasSubstr("bearing_deg is in deg by its name or source, but length is expected"));
   EXPECT_THAT(error_of_map(replaced(map, "from: usbl", "from: usb")),

@@ -1,3 +1,5 @@
+#include <cmath>
+
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -186,6 +188,10 @@ TEST(RecordedTime, ParsesTextsAndZones) {
   EXPECT_EQ(parse_time_text("2024-11-26T05:46:40.5Z"), 1732600000.5);
   EXPECT_EQ(parse_time_text("2024/11/26 05:46:40"), 1732600000);
   EXPECT_EQ(parse_time_text("2024-11-26T06:46:40+01:00"), 1732600000);
+  EXPECT_EQ(parse_time_text("26.11.2024 05:46:40"), 1732600000);
+  EXPECT_EQ(parse_time_text("20241126T054640.5Z"), 1732600000.5);
+  EXPECT_EQ(packed_time_of_day(10203.5), 3723.5);
+  EXPECT_TRUE(std::isnan(packed_time_of_day(6000)));
   EXPECT_EQ(parse_time_text("01:00:00.25"), 3600.25);
   EXPECT_FALSE(parse_time_text("2024-13-26"));
   EXPECT_FALSE(parse_time_text("AUTO"));

@@ -1,0 +1,133 @@
+#include <cmath>
+#include <numbers>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <tandem/studies/import/imported_sensor.hpp>
+#include <tandem/studies/support/text.hpp>
+
+namespace tandem {
+namespace {
+
+constexpr double kMidnight = 86400;  // s
+
+std::string value_text(const RecordedValue& value) {
+  if (!value.text.empty()) return "is " + quote(value.text);
+  return std::isnan(value.number) ? "has no value" : fmt::format("is {:.10g}", value.number);
+}
+
+}  // namespace
+
+void LargestAngle::note(const std::string& name, const std::string& of_unit, double angle) {
+  // A pitch is within a quarter of a turn, other angles within a turn.
+  constexpr double kPi = std::numbers::pi, kRounding = 1e-3;
+  const double most = name == "pitch" ? kPi / 2 : 2 * kPi;
+  if (std::abs(angle) <= most + kRounding || std::abs(angle) <= std::abs(value)) return;
+  quantity = name;
+  unit = of_unit;
+  value = angle;
+}
+
+void PackedTimes::note(double number) {
+  constexpr double kMostStep = 30;  // s
+  const double t = packed_time_of_day(number), step = t - packed_time_of_day(last_);
+  possible_ = possible_ && std::fmod(number, 100) < 60 && !std::isnan(t);
+  if (possible_ && last_ > 0 && step > 0 && step < kMostStep && number - last_ > step + 1) ++minutes_;
+  last_ = number;
+}
+
+std::vector<std::string> ImportedSensor::findings() const {
+  std::vector<std::string> result;
+  if (packed_times_.found())
+    result.push_back(fmt::format("{0}: the times in {1} look like hhmmss; give time: {{field: {1}, unit: hhmmss}}",
+                                 sensor_.name, time_.field.field));
+  if (angles_.value == 0) return result;
+  const bool stated = !angles_.unit.empty();
+  result.push_back(
+      fmt::format("{}: {} reaches {:.4g} rad; {}", sensor_.name, angles_.quantity, angles_.value,
+                  stated ? fmt::format("is its unit {}?", angles_.unit) : "is it in degrees (FIELD [deg])?"));
+  return result;
+}
+
+/// Returns a time of day plus the days since the first row. A step back by more than half a day is a midnight.
+double ImportedSensor::after_midnight(double of_day) {
+  if (last_of_day_ - of_day > kMidnight / 2) midnight_ += kMidnight;
+  if (of_day - last_of_day_ > kMidnight / 2 && midnight_ > 0) midnight_ -= kMidnight;  // an unordered row
+  last_of_day_ = of_day;
+  return of_day + midnight_;
+}
+
+std::optional<double> ImportedSensor::time(const RecordedRow& row) {
+  const ImportTime& time = sensor_.time;
+  double t = row.received;
+  if (!time.receive) {
+    const RecordedValue* recorded =
+        time_.field.field.empty() || time_.field.field == kReceiveTime ? nullptr : &row.values[time_.index];
+    if (recorded && !recorded->text.empty()) {
+      const auto parsed = parse_time_text(recorded->text);
+      if (!parsed) return {};
+      t = *parsed;
+    } else {
+      t = value(time_, row);
+      // The magnitude of a time since 1970 gives its unit if none is stated.
+      if (recorded && time_.field.unit.empty()) packed_times_.note(t);
+      if (recorded && time_.field.unit.empty()) t *= t > 1e17 ? 1e-9 : t > 1e14 ? 1e-6 : t > 1e11 ? 1e-3 : 1;
+    }
+    const bool is_text = recorded && !recorded->text.empty();
+    const bool of_day = is_text || time_.field.time_of_day || time.date != 0;
+    if (of_day && time.week.empty() && time.date_field.empty() && t >= 0 && t <= kMidnight) t = after_midnight(t);
+    if (!time.week.empty()) t += row.values[week_.index].number * 7 * 86400;
+    if (time.gps) t += kGpsEpoch - time.leap_seconds;
+    t += time.date;
+    if (!time.date_field.empty()) {
+      const auto date = recorded_date(row.values[date_.index].number, row.values[date_.index].text);
+      if (!date) return {};
+      t += *date;
+    }
+  }
+  if (sensor_.latency) t -= value(latency_, row);
+  t += time.offset;
+  return std::isfinite(t) ? std::optional(t) : std::nullopt;
+}
+
+bool ImportedSensor::drop(const std::string& reason, double t, const std::string& detail) {
+  DroppedRows& dropped = dropped_[reason];
+  if (dropped.count++ > 0) return false;
+  const auto add = [&](const std::string& text) { dropped.example += (dropped.example.empty() ? "" : ", ") + text; };
+  if (current_ && current_->line > 0) add(fmt::format("line {}", current_->line));
+  if (std::isfinite(t)) add(fmt::format("t = {:.3f}", t));
+  if (!detail.empty()) add(detail);
+  if (dropped.example.empty()) dropped.example = fmt::format("row {}", read_);
+  return false;
+}
+
+bool ImportedSensor::drop(const std::string& reason, double t, double value) {
+  return drop(reason, t, fmt::format("value {:.6g}", value));
+}
+
+bool ImportedSensor::drop_missing(const std::vector<Bound>& fields, double t) {
+  std::vector<std::string> names;
+  std::string detail;
+  for (const Bound& field : fields) {
+    const std::string& name = field.field.field;
+    names.push_back(name);
+    if (current_ && detail.empty() && !name.empty() && name != kReceiveTime)
+      if (const RecordedValue& v = current_->values[field.index]; !std::isfinite(v.number))
+        detail = fmt::format("{} {}", name, value_text(v));
+  }
+  return drop(fmt::format("no number in {}", fmt::join(names, ", ")), t, detail);
+}
+
+void ImportedSensor::drop_without_time() {
+  const ImportTime& time = sensor_.time;
+  const auto of_field = [&](const std::string& name, std::size_t index) {
+    if (!name.empty() && name != kReceiveTime) return fmt::format("{} {}", name, value_text(current_->values[index]));
+    return std::string();
+  };
+  std::string detail = time.receive ? "" : of_field(time_.field.field, time_.index);
+  if (!time.receive && !time.date_field.empty()) detail += ", " + of_field(time.date_field, date_.index);
+  drop("no time", current_->received, detail);
+}
+
+}  // namespace tandem
