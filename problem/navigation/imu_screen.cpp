@@ -2,6 +2,7 @@
 #include <cmath>
 
 #include <tandem/problem/navigation/imu_screen.hpp>
+#include <tandem/problem/quantile.hpp>
 
 namespace tandem {
 namespace {
@@ -20,13 +21,54 @@ constexpr std::size_t kFrozenSamples = 10;
 constexpr double kFrozenTime = 0.05;  // s
 constexpr double kRunRatio = 20;      // a run of equal samples is unusual if it exceeds this multiple of the mean run
 
+constexpr double kLoneSteps = 20;                     // typical steps; real recordings have lone samples up to 6
+constexpr double kLoneForce = 0.5, kLoneRate = 0.05;  // m/s², rad/s; smaller ones do no harm
+
 double with_default(double limit, double otherwise) { return limit > 0 ? kBeyondLimit * limit : otherwise; }
 
 bool equal(const ImuSample& a, const ImuSample& b) {
   return a.specific_force == b.specific_force && a.angular_rate == b.angular_rate;
 }
 
+using Triad = Vector<3> ImuSample::*;
+
+/// Marks single samples of a triad far from both neighbours. A step to a new level is far from one neighbour only.
+void mark_lone_samples(const std::vector<ImuSample>& samples, Triad triad, double least,
+                       std::vector<std::optional<ImuFault>>& faults) {
+  const std::size_t n = samples.size();
+  const auto distance = [&](std::size_t i, std::size_t j) { return (samples[i].*triad - samples[j].*triad).norm(); };
+  std::vector<double> steps;
+  for (std::size_t i = 1; i < n; ++i)
+    if (const double step = distance(i - 1, i); std::isfinite(step)) steps.push_back(step);
+  if (steps.size() < kSamplesForLevel) return;
+  const double limit = std::max(least, kLoneSteps * median(std::move(steps)));
+  for (std::size_t i = 0; i < n; ++i) {
+    const std::size_t before = i > 0 ? i - 1 : 2, after = i + 1 < n ? i + 1 : n - 3;
+    const double away = std::min(distance(before, i), distance(i, after)), between = distance(before, after);
+    if (away - between > limit) faults[i] = ImuFault::spike;
+  }
+}
+
+/// Marks the samples at the start that repeat the first one, unless the quantisation of later samples explains them.
+void mark_frozen_start(const std::vector<ImuSample>& samples, std::vector<std::optional<ImuFault>>& faults) {
+  std::size_t run = 1, changes = 0;
+  while (run < samples.size() && equal(samples[run], samples[0])) ++run;
+  for (std::size_t i = run + 1; i < samples.size(); ++i) changes += !equal(samples[i], samples[i - 1]);
+  if (run <= kFrozenSamples || changes <= kFrozenSamples || samples[run - 1].t - samples[0].t <= kFrozenTime) return;
+  const double mean = double(samples.size() - run) / double(changes);
+  if (double(run) > kRunRatio * mean) std::fill_n(faults.begin() + 1, run - 1, ImuFault::frozen);
+}
+
 }  // namespace
+
+std::vector<std::optional<ImuFault>> faults_beside_neighbours(const std::vector<ImuSample>& samples) {
+  std::vector<std::optional<ImuFault>> faults(samples.size());
+  if (samples.size() < kSamplesForLevel) return faults;
+  mark_lone_samples(samples, &ImuSample::specific_force, kLoneForce, faults);
+  mark_lone_samples(samples, &ImuSample::angular_rate, kLoneRate, faults);
+  mark_frozen_start(samples, faults);
+  return faults;
+}
 
 std::string_view text(ImuFault fault) {
   switch (fault) {
@@ -58,8 +100,9 @@ void ImuScreen::Level::add(const Vector<3>& value, double weight, double slow_we
   mean += weight * (value - mean);
 }
 
-std::optional<ImuFault> ImuScreen::judge(ImuSample& sample) {
-  const auto found = fault(sample);
+std::optional<ImuFault> ImuScreen::judge(ImuSample& sample, std::optional<ImuFault> known) {
+  auto found = fault(sample);
+  if (!found && !(known == ImuFault::spike && is_saturated(sample))) found = known;
   if (found != ImuFault::missing) last_ = sample;
   if (found) {
     gap_ = true;

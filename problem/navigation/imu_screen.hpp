@@ -2,6 +2,7 @@
 
 #include <optional>
 #include <string_view>
+#include <vector>
 
 #include <tandem/problem/navigation/navigation_data.hpp>
 
@@ -20,6 +21,10 @@ inline constexpr int kImuFaults = 5;
 /// Completes a sentence about samples, e.g. "10 samples": "without gravity".
 std::string_view text(ImuFault fault);
 
+/// Returns the faults that only later samples show: single samples far from both neighbours, compared with the typical
+/// step between samples, and equal samples at the start of a recording that changes later.
+std::vector<std::optional<ImuFault>> faults_beside_neighbours(const std::vector<ImuSample>& samples);
+
 /// Judges the samples of an IMU one by one, in time order. Batch estimation and online estimation use the same rules.
 /// Samples that are not physical leave a gap (ImuSample::gap). A lasting change of the level, such as a new mounting,
 /// is accepted after half a second.
@@ -27,8 +32,9 @@ class ImuScreen {
  public:
   explicit ImuScreen(const ImuSensor& sensor);
 
-  /// Returns why the next sample is not physical. If it is, sets its `gap` and returns nothing.
-  std::optional<ImuFault> judge(ImuSample& sample);
+  /// Returns why the next sample is not physical; `known` is a fault found otherwise. If it is, sets its `gap` and
+  /// returns nothing.
+  std::optional<ImuFault> judge(ImuSample& sample, std::optional<ImuFault> known = {});
 
  private:
   /// Level of one triad, and the typical deviation from it.

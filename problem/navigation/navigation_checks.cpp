@@ -198,10 +198,12 @@ void drop_implausible(EgoSensor& sensor, std::vector<NavigationFinding>& finding
 /// Drops the samples of an IMU that are not physical.
 void drop_implausible(ImuSensor& imu, std::vector<NavigationFinding>& findings) {
   std::array<ScreenedLines, kImuFaults> found{};
+  const std::vector<std::optional<ImuFault>> known = faults_beside_neighbours(imu.samples);
   ImuScreen screen(imu);
   std::size_t kept = 0;
-  for (ImuSample& sample : imu.samples) {
-    const auto fault = screen.judge(sample);
+  for (std::size_t k = 0; k < known.size(); ++k) {
+    ImuSample sample = imu.samples[k];
+    const auto fault = screen.judge(sample, known[k]);
     if (!fault) {
       imu.samples[kept++] = sample;
       continue;

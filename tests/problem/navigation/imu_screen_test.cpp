@@ -119,5 +119,50 @@ TEST(ImuScreen, AGapMakesThePreintegrationLessCertain) {
   EXPECT_LT(certain[3], 1e-3);
 }
 
+std::vector<ImuSample> noisy_samples() {
+  std::vector<ImuSample> samples;
+  for (int i = 0; i < 600; ++i) samples.push_back(noisy_sample(i));
+  return samples;
+}
+
+TEST(ImuNeighbours, FindSingleSamplesThatTheLimitsOfTheScreenAccept) {
+  for (const std::size_t wrong : {0, 3, 300, 599})
+    for (const bool rate : {false, true}) {
+      SCOPED_TRACE(::testing::Message() << wrong << ' ' << rate);
+      std::vector<ImuSample> samples = noisy_samples();
+      if (rate)
+        samples[wrong].angular_rate.z() += 1.5;
+      else
+        samples[wrong].specific_force.x() -= 5;
+      const auto faults = faults_beside_neighbours(samples);
+      EXPECT_EQ(count(faults), 1u);
+      EXPECT_EQ(faults[wrong], ImuFault::spike);
+    }
+}
+
+TEST(ImuNeighbours, AcceptStepsAndOrdinaryMotion) {
+  std::vector<ImuSample> samples = noisy_samples();
+  for (std::size_t i = 300; i < 600; ++i) samples[i].angular_rate.z() += 2;
+  EXPECT_EQ(count(faults_beside_neighbours(samples)), 0u);
+  samples[200].specific_force.x() = std::nan("");  // ImuScreen names it
+  EXPECT_EQ(count(faults_beside_neighbours(samples)), 0u);
+}
+
+TEST(ImuNeighbours, FindSamplesThatAreFrozenFromTheStart) {
+  std::vector<ImuSample> samples = noisy_samples();
+  for (std::size_t i = 1; i < 200; ++i) {
+    samples[i] = samples[0];
+    samples[i].t = kStep * double(i);
+  }
+  const auto faults = faults_beside_neighbours(samples);
+  EXPECT_EQ(count(faults), 199u);
+  EXPECT_EQ(faults[1], ImuFault::frozen);
+  for (std::size_t i = 200; i < 600; ++i) {  // never changes: synthetic
+    samples[i] = samples[0];
+    samples[i].t = kStep * double(i);
+  }
+  EXPECT_EQ(count(faults_beside_neighbours(samples)), 0u);
+}
+
 }  // namespace
 }  // namespace tandem
