@@ -100,9 +100,11 @@ bool HealthMonitor::is_confirmed(std::size_t sensor, double t, bool only_same) c
 bool HealthMonitor::must_reset_to(std::size_t sensor) const {
   const auto since = contradicting_since(sensor);
   if (!since) return false;
-  const auto& used = health_.sensors[sensor].last_used;
-  const bool was_absent = !used || rejected_since_[sensor].value_or(*since) - *used > kAbsence;
-  return !is_confirmed(sensor, *since, was_absent);
+  const SensorHealth& own = health_.sensors[sensor];
+  const bool was_absent = !own.last_used || rejected_since_[sensor].value_or(*since) - *own.last_used > kAbsence;
+  // The estimate may have started from a wrong measurement, which agrees with the motion that other sensors measure.
+  const bool outvoted = own.used < std::size_t(options_.rejections) && own.rejected_in_a_row > own.used;
+  return !is_confirmed(sensor, *since, was_absent || outvoted);
 }
 
 bool HealthMonitor::contradicts(std::size_t sensor, double t) const {

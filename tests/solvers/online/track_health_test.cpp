@@ -56,7 +56,7 @@ TEST(TrackHealth, ASensorThatContradictsTheOthersDoesNotWinByPersisting) {
   constexpr unsigned motion = (1u << 1) | (1u << 2);
   const std::vector<HealthMonitor::Sensor> sensors{{"gps", 1, motion}, {"dvl", 2, motion}, {"depth", 3, motion}};
   HealthMonitor m(sensors, {}), absent(sensors, {}), both(sensors, {}), height(sensors, {});
-  m.used(kGps, 0, {.sigmas = 1});
+  for (int i = 0; i < 3; ++i) m.used(kGps, 0.1 * i, {.sigmas = 1});
   absent.used(kGps, 0, {.sigmas = 1});
   for (int i = 1; i < 600; ++i) {
     m.rejected(kGps, i, 9);
@@ -72,6 +72,19 @@ TEST(TrackHealth, ASensorThatContradictsTheOthersDoesNotWinByPersisting) {
   EXPECT_TRUE(absent.must_reset_to(kGps));
   EXPECT_TRUE(both.must_reset_to(kDvl)) << "nothing confirms the estimate";
   EXPECT_TRUE(height.must_reset_to(kDvl)) << "a depth says nothing of the horizontal velocity";
+}
+
+/// A wrong first position agrees with all velocities. The later positions of the same receiver outvote it.
+TEST(TrackHealth, AWrongFirstMeasurementIsOutvotedByTheFollowingOnes) {
+  HealthMonitor m({{"gps", 1, 1u << 2}, {"dvl", 2, 1u << 1}}, {});
+  m.used(0, 0, {.sigmas = 1});
+  for (int i = 1; i < 7; ++i) {
+    m.rejected(0, i, 300);
+    m.used(1, i, {.sigmas = 1});
+    EXPECT_FALSE(m.must_reset_to(0)) << i;
+  }
+  for (int i = 7; i < 10; ++i) m.rejected(0, i, 300);
+  EXPECT_TRUE(m.must_reset_to(0));
 }
 
 TEST(TrackHealth, SensorsOfSeveralSubjectsContradictTogether) {
