@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <string_view>
 
 #include <tandem/studies/import/default_noise.hpp>
@@ -19,6 +20,12 @@ constexpr DefaultNoise kDefaultImuNoise[] = {{"accelerometer", "2.0e-3", "m/s^2/
                                              {"gyroscope_bias_walk", "1.0e-5", ""}};
 
 }  // namespace
+
+bool has_noise(const Import& import) {
+  return !import.map.noise.empty() || has_type(import, "odometry") ||
+         std::any_of(import.sensors.begin(), import.sensors.end(),
+                     [](const auto& s) { return observes_target(*s->sensor().type); });
+}
 
 std::vector<DefaultNoise> missing_noise(const Import& import) {
   const bool odometry = has_type(import, "odometry");

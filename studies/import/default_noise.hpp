@@ -12,7 +12,9 @@ struct DefaultNoise {
   const char* values;
   const char* comment;
 };
-/// Returns the noise of a scenario with a target that the map does not give. Without odometry, the entries `prior` and
+/// Returns whether scenario.yaml has the section noise: with odometry, with a sensor of the target, or if the map has it.
+bool has_noise(const Import& import);
+/// Returns the noise of a scenario that the map does not give. Without odometry, the entries `prior` and
 /// `odometry` are omitted.
 std::vector<DefaultNoise> missing_noise(const Import& import);
 /// Returns the noise of an IMU that its entry does not give, of the MEMS grade.

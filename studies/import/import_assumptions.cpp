@@ -138,12 +138,8 @@ std::vector<std::string> assumed_conventions(const Import& import) {
   const std::function<void(std::string)> add = [&](std::string sentence) { result.push_back(std::move(sentence)); };
   if (!import.map.frame_stated)
     add(fmt::format("frame: the scenario is in {}", import.map.ned ? "NED-FRD" : "ENU-FLU"));
-  bool target = false;
-  for (const auto& s : import.sensors) {
-    SensorConventions(*s, import.map, add).list();
-    target |= observes_target(*s->sensor().type);
-  }
-  if (!target) return result;
+  for (const auto& s : import.sensors) SensorConventions(*s, import.map, add).list();
+  if (!has_noise(import)) return result;
   for (const DefaultNoise& noise : missing_noise(import))
     add(fmt::format("noise.{}: {}, {}", noise.name, noise.values, noise.comment));
   return result;

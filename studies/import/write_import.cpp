@@ -116,9 +116,7 @@ class ScenarioText {
   }
 
   void write_noise() {
-    if (std::none_of(import_.sensors.begin(), import_.sensors.end(),
-                     [](const auto& s) { return observes_target(*s->sensor().type); }))
-      return;
+    if (!has_noise(import_)) return;
     text_ += "noise:\n";
     for (const ImportSetting& setting : import_.map.noise) {
       mark(setting.place);

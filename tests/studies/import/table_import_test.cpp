@@ -191,6 +191,17 @@ TEST_F(TableImportTest, RefusesSettingsThatAScenarioCannotHave) {
   EXPECT_NO_THROW(import_with("sigma: [10 cm, 1, 1], position: [0.2, 0, 0], delay: 0.8, loss: cauchy:2"));
 }
 
+TEST_F(TableImportTest, OdometryHasNoiseWithoutASensorOfTheTarget) {
+  const std::string map =
+      "sensors:\n  o: {type: odometry, from: log, fields: {position: [x, =0, =0], yaw: =0}}\n"
+      "  gps: {type: gps, from: log, fields: {position: [x, =0, =0]}}\n";
+  write_import(import("t,x\n0,0\n1,1\n", map), scenario());
+  EXPECT_EQ(read_scenario(scenario()).data.odometry.size(), 2u);
+  EXPECT_THAT(
+      error_of([&] { write_import(import("t,x\n0,0\n1,1\n", map + "noise: {odometry: [1, 2]}\n"), scenario()); }),
+      HasSubstr("map.yaml:4: odometry"));
+}
+
 TEST_F(TableImportTest, RefusesATimeThatNoStreamHas) {
   EXPECT_THAT(error_of([&] { import("t,host_ms,z\n0,0,1\n1,1,1\n", "depth", "depth: z", "time: hots_ms"); }),
               AllOf(HasSubstr("map.yaml:1"), HasSubstr("no stream has the field 'hots_ms'; did you mean host_ms?")));
