@@ -41,7 +41,7 @@ void mark_lone_samples(const std::vector<ImuSample>& samples, Triad triad, doubl
   for (std::size_t i = 1; i < n; ++i)
     if (const double step = distance(i - 1, i); std::isfinite(step)) steps.push_back(step);
   if (steps.size() < kSamplesForLevel) return;
-  const double limit = std::max(least, kLoneSteps * median(std::move(steps)));
+  const double limit = std::max(least, kLoneSteps * detail::median(std::move(steps)));
   for (std::size_t i = 0; i < n; ++i) {
     const std::size_t before = i > 0 ? i - 1 : 2, after = i + 1 < n ? i + 1 : n - 3;
     const double away = std::min(distance(before, i), distance(i, after)), between = distance(before, after);
