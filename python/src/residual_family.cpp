@@ -22,7 +22,13 @@ void check_member(const Family& family, std::size_t k, py::handle value) {
   const std::string& name = family.members[k];
   const std::string what = family.name + ": " + name;
   std::string wanted, message;
-  for (const Instance& instance : family.instances) try {
+  std::vector<const Instance*> instances;
+  for (const Instance& instance : family.instances) instances.push_back(&instance);
+  if (const Group* group = group_of(value))  // most likely that of the states; the others would throw
+    std::stable_partition(instances.begin(), instances.end(),
+                          [&](const Instance* instance) { return *instance->states[0] == *group->type; });
+  for (const Instance* candidate : instances) try {
+      const Instance& instance = *candidate;
       const Flat flat = instance.members[k].flatten(value, what);
       for (const double x : flat.numbers) {
         if (!std::isfinite(x)) throw py::value_error(what + ": must be finite");

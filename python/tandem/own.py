@@ -12,7 +12,7 @@ from ._core import Problem, PythonResidual, Variable, _twist_components, between
 from .errors import BadInputError
 from .vectors import Rn
 
-_FunctionPointer = ctypes.CFUNCTYPE(None).__base__  # base class of all function pointers of ctypes
+_FunctionPointer: Any = ctypes.CFUNCTYPE(None).__base__  # base class of all function pointers of ctypes
 
 _JACOBIANS = ("given", "complex", "difference")
 
