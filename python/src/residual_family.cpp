@@ -26,10 +26,9 @@ void check_member(const Family& family, std::size_t k, py::handle value) {
   for (const Instance& instance : family.instances) instances.push_back(&instance);
   if (const Group* group = group_of(value))  // most likely that of the states; the others would throw
     std::stable_partition(instances.begin(), instances.end(),
-                          [&](const Instance* instance) { return *instance->states[0] == *group->type; });
-  for (const Instance* candidate : instances) try {
-      const Instance& instance = *candidate;
-      const Flat flat = instance.members[k].flatten(value, what);
+                          [&](const Instance* i) { return *i->states[0] == *group->type; });
+  for (const Instance* instance : instances) try {
+      const Flat flat = instance->members[k].flatten(value, what);
       for (const double x : flat.numbers) {
         if (!std::isfinite(x)) throw py::value_error(what + ": must be finite");
         if (name == "range" && x < 0) throw py::value_error(what + ": a distance must not be negative");
@@ -39,7 +38,7 @@ void check_member(const Family& family, std::size_t k, py::handle value) {
     } catch (const py::value_error& error) {
       const std::string own = error.what();
       if (own.find("NaN") != std::string::npos || own.find("must") != std::string::npos) throw;
-      const std::string group = group_names({instance.states[0]});
+      const std::string group = group_names({instance->states[0]});
       if (message != own) wanted += (wanted.empty() ? "" : ", ") + group;
       message = message.empty() || message == own ? own : "groups";
     }
