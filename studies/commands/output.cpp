@@ -32,11 +32,7 @@ void add_output(CommandOptions& option, Output& output, const OutputOptions& opt
   });
   if (options.plots)
     option("--plots", "svg|png|pdf|off", "Format of the plots in DIR (default svg)", output.plots, parse_plots);
-  if (options.judges) {
-    option.flag("--strict", "Exit with status 3 if the data do not fit the model (see the table fit)", output.strict);
-    const std::string& status = option.exit_status();
-    option.exit_status(status.substr(0, status.rfind('.')) + ", 3 the data do not fit the model (with --strict).");
-  }
+  if (options.judges) option.flag("--strict", "Exit with status 3 if the data do not fit the model", output.strict);
   if (options.prints) add_printing(option, output);
 }
 
