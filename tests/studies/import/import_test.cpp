@@ -153,7 +153,7 @@ TEST_F(ImportTest, NoticesTwoClocks) {
   write_boat_log();
   std::string map = boat_map();
   map.replace(map.find("from: usbl,"), 11, "from: usbl, time: {offset: 3600},");
-  EXPECT_THAT(error_of_map(map), AllOf(HasSubstr("do not overlap in time, so they are on two clocks"),
+  EXPECT_THAT(error_of_map(map), AllOf(HasSubstr("do not overlap in time, so their clocks differ"),
                                        HasSubstr("2024-11-26T06:46:40.000Z")));
 }
 
