@@ -137,8 +137,8 @@ class HealthMonitor {
   std::optional<double> contradicting_since(std::size_t sensor) const;
   /// Returns whether the estimate must be reset to a sensor that contradicts it. This is not the case if another sensor
   /// confirms the estimate: a sensor that was used before and now contradicts the others is wrong, no matter how long.
-  /// After an absence, only sensors of the same subject count, since the estimate had no measurement of this kind. The
-  /// same holds if only a few measurements of the sensor were used at all: more of its own measurements outvote them.
+  /// Only sensors of the same subject count after an absence of the sensor, since the estimate had no measurement of
+  /// this kind, and if more of its measurements were rejected in a row than the few that were used at all.
   bool must_reset_to(std::size_t sensor) const;
 
   /// Returns the time since which sensors of at least two subjects have contradicted the estimate without a break [s],

@@ -10,8 +10,6 @@
 namespace tandem {
 namespace {
 
-constexpr double kMidnight = 86400;  // s
-
 std::string value_text(const RecordedValue& value) {
   if (!value.text.empty()) return "is " + quote(value.text);
   return std::isnan(value.number) ? "has no value" : fmt::format("is {:.10g}", value.number);
@@ -52,8 +50,8 @@ std::vector<std::string> ImportedSensor::findings() const {
 
 /// Returns a time of day plus the days since the first row. A step back by more than half a day is a midnight.
 double ImportedSensor::after_midnight(double of_day) {
-  if (last_of_day_ - of_day > kMidnight / 2) midnight_ += kMidnight;
-  if (of_day - last_of_day_ > kMidnight / 2 && midnight_ > 0) midnight_ -= kMidnight;  // an unordered row
+  if (last_of_day_ - of_day > kSecondsPerDay / 2) midnight_ += kSecondsPerDay;
+  if (of_day - last_of_day_ > kSecondsPerDay / 2 && midnight_ > 0) midnight_ -= kSecondsPerDay;  // an unordered row
   last_of_day_ = of_day;
   return of_day + midnight_;
 }
@@ -70,14 +68,15 @@ std::optional<double> ImportedSensor::time(const RecordedRow& row) {
       t = *parsed;
     } else {
       t = value(time_, row);
-      // The magnitude of a time since 1970 gives its unit if none is stated.
-      if (recorded && time_.field.unit.empty()) packed_times_.note(t);
-      if (recorded && time_.field.unit.empty()) t *= t > 1e17 ? 1e-9 : t > 1e14 ? 1e-6 : t > 1e11 ? 1e-3 : 1;
+      if (recorded && time_.field.unit.empty()) {
+        packed_times_.note(t);
+        t = seconds_by_magnitude(t);
+      }
     }
     const bool is_text = recorded && !recorded->text.empty();
     const bool of_day = is_text || time_.field.time_of_day || time.date != 0;
-    if (of_day && time.week.empty() && time.date_field.empty() && t >= 0 && t <= kMidnight) t = after_midnight(t);
-    if (!time.week.empty()) t += row.values[week_.index].number * 7 * 86400;
+    if (of_day && time.week.empty() && time.date_field.empty() && t >= 0 && t <= kSecondsPerDay) t = after_midnight(t);
+    if (!time.week.empty()) t += row.values[week_.index].number * 7 * kSecondsPerDay;
     if (time.gps) t += kGpsEpoch - time.leap_seconds;
     t += time.date;
     if (!time.date_field.empty()) {

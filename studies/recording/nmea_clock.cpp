@@ -7,12 +7,11 @@
 namespace tandem {
 namespace {
 
-constexpr double kDay = 86400;      // s
 constexpr double kLargestGap = 60;  // s, in a run
 
 std::optional<double> midnight_of(double year, double month, double day) {
   if (!(day >= 1 && day <= 31 && month >= 1 && month <= 12 && year >= 1980)) return {};
-  return kDay *
+  return kSecondsPerDay *
          static_cast<double>(days_since_1970(static_cast<int>(year), static_cast<int>(month), static_cast<int>(day)));
 }
 
@@ -53,25 +52,25 @@ NmeaClock::Stamp NmeaClock::stamp(std::size_t line, std::string_view type, const
   const auto reading = read(type, parts);
   if (!reading) return {is_timed(type)};
   const double step = of_day_ ? reading->of_day - *of_day_ : 0;
-  const bool jump = !of_day_ || std::abs(std::remainder(step, kDay)) > kLargestGap;
+  const bool jump = !of_day_ || std::abs(std::remainder(step, kSecondsPerDay)) > kLargestGap;
   if (jump && any_fix_ && !reading->fix) return {true};
   if (jump && !any_fix_)
     day_ = 0;
-  else if (step < -kDay / 2)
+  else if (step < -kSecondsPerDay / 2)
     ++day_;
-  else if (step > kDay / 2 && !jump)
+  else if (step > kSecondsPerDay / 2 && !jump)
     --day_;
   of_day_ = reading->of_day;
   any_fix_ |= reading->fix;
   if (first_pass_) {
     if (jump) runs_.push_back({line});
     runs_.back().fix |= reading->fix;
-    if (reading->date) add_date(line, *reading->date - kDay * day_);
+    if (reading->date) add_date(line, *reading->date - kSecondsPerDay * day_);
     return {true};
   }
   while (run_ + 1 < runs_.size() && runs_[run_ + 1].line <= line) ++run_;
   const auto& midnight = runs_[run_].midnight;
-  return midnight ? Stamp{true, *midnight + kDay * day_ + reading->of_day} : Stamp{true};
+  return midnight ? Stamp{true, *midnight + kSecondsPerDay * day_ + reading->of_day} : Stamp{true};
 }
 
 void NmeaClock::add_date(std::size_t line, double midnight) {

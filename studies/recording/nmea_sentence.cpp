@@ -104,10 +104,8 @@ RecordedValue nmea_value(const NmeaParts& parts, const NmeaField& field) {
 }
 
 std::optional<double> nmea_time(std::string_view text) {
-  const double value = number_of(text);
-  if (text.size() < 6 || !(value >= 0)) return {};
-  const double hours = std::floor(value / 10000), minutes = std::floor(value / 100) - 100 * hours;
-  return hours * 3600 + minutes * 60 + (value - 10000 * hours - 100 * minutes);
+  const double time = packed_time_of_day(number_of(text));
+  return text.size() < 6 || std::isnan(time) ? std::nullopt : std::optional(time);
 }
 
 NmeaChecksum nmea_checksum(std::string_view sentence) {
@@ -128,8 +126,7 @@ double nmea_receive_time(std::string_view prefix) {
     prefix.remove_prefix(1);
   if (prefix.empty()) return kNan;
   const std::string_view first = prefix.substr(0, prefix.find_first_of(",;"));
-  if (const auto value = parse_number(first))
-    return *value * (*value > 1e17 ? 1e-9 : *value > 1e14 ? 1e-6 : *value > 1e11 ? 1e-3 : 1);
+  if (const auto value = parse_number(first)) return seconds_by_magnitude(*value);
   return parse_time_text(first).value_or(kNan);
 }
 

@@ -126,8 +126,7 @@ class JsonLinesRecording : public Recording {
         if (stream->time_field.empty() && known.contains(field)) stream->time_field = field;
     ++stream->rows;
     const RecordedValue at = value(stream->time_field, leaves);
-    double t = at.text.empty() ? at.number : parse_time_text(at.text).value_or(at.number);
-    t *= t > 1e17 ? 1e-9 : t > 1e14 ? 1e-6 : t > 1e11 ? 1e-3 : 1;
+    const double t = seconds_by_magnitude(at.text.empty() ? at.number : parse_time_text(at.text).value_or(at.number));
     if (!(stream->first <= t)) stream->first = t;
     if (!(stream->last >= t)) stream->last = t;
   }

@@ -1,5 +1,4 @@
 #include <algorithm>
-#include <cctype>
 #include <cmath>
 #include <map>
 #include <utility>
@@ -17,8 +16,7 @@ namespace tandem {
 namespace {
 
 constexpr std::size_t kProbedLines = 50;
-constexpr double kSecondsPerDay = 86400;  // s
-constexpr int kLinesPerStop = 4096;       // lines between two calls of `stop`
+constexpr int kLinesPerStop = 4096;  // lines between two calls of `stop`
 
 /// Splits lines of a table into cells. Cells may be quoted (RFC 4180).
 class CellSplitter {
@@ -235,7 +233,7 @@ class TableRecording : public Recording {
       std::string name(trimmed(cell));
       const std::string unit = unit_in_name(name);
       if (name.empty()) name = fmt::format("{}", column);
-      if (find_name(stream, name)) {
+      if (find_field(stream, name)) {
         if (std::find(repeated.begin(), repeated.end(), name) == repeated.end()) repeated.push_back(name);
         name += fmt::format(" (column {})", column);
       }
@@ -254,20 +252,9 @@ class TableRecording : public Recording {
       for (std::size_t i = 1; i <= widest_; ++i) fields.push_back({fmt::format("{}", i)});
   }
 
-  static bool find_name(const RecordedStream& stream, const std::string& name) {
-    return std::any_of(stream.fields.begin(), stream.fields.end(),
-                       [&](const RecordedField& f) { return f.name == name; });
-  }
-
-  static std::string lower(std::string_view text) {
-    std::string result(text);
-    std::transform(result.begin(), result.end(), result.begin(),
-                   [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-    return result;
-  }
   /// Returns whether a column has the name of a time.
   static bool is_time(std::string_view column) {
-    const std::string name = lower(column);
+    const std::string name = lower_case(column);
     if (name == "t") return true;
     for (const char* start : {"t_", "t [", "time", "stamp", "utc", "date", "epoch"})
       if (name.starts_with(start)) return true;
@@ -284,7 +271,7 @@ class TableRecording : public Recording {
     for (const RecordedField& field : stream.fields) {
       if (!is_time(field.name)) continue;
       if (stream.time_field.empty()) stream.time_field = field.name;
-      const std::string name = lower(field.name);
+      const std::string name = lower_case(field.name);
       const bool is_date = name.starts_with("date") && name.find("time") == std::string::npos;
       std::string& first = is_date ? date : time;
       if (first.empty()) first = field.name;

@@ -87,7 +87,7 @@ std::optional<double> parse_time_text(std::string_view text) {
   bool packed = false;
   const auto day = date(rest, packed);
   if (!day || day->month < 1 || day->month > 12 || day->day < 1 || day->day > 31) return {};
-  double t = 86400.0 * static_cast<double>(days_since_1970(day->year, day->month, day->day));
+  double t = kSecondsPerDay * static_cast<double>(days_since_1970(day->year, day->month, day->day));
   if (rest.empty()) return t;
   if (!take(rest, "T t_")) return {};
   const auto of_day = time_of_day(rest, packed);
@@ -117,6 +117,10 @@ double packed_time_of_day(double number) {
   const double seconds = number - 1e4 * hours - 100 * minutes;
   return number >= 0 && hours <= 24 && minutes < 60 && seconds < 61 ? 3600 * hours + 60 * minutes + seconds
                                                                     : std::nan("");
+}
+
+double seconds_by_magnitude(double time) {
+  return time * (time > 1e17 ? 1e-9 : time > 1e14 ? 1e-6 : time > 1e11 ? 1e-3 : 1);
 }
 
 std::string utc_text(double t) {

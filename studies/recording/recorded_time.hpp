@@ -8,6 +8,7 @@ namespace tandem {
 
 /// Seconds from 1970-01-01 (Unix) to 1980-01-06 (GPS).
 inline constexpr double kGpsEpoch = 315964800.0;
+inline constexpr double kSecondsPerDay = 86400.0;
 /// GPS time minus UTC since 2017 [s].
 inline constexpr double kLeapSeconds = 18.0;
 
@@ -24,6 +25,9 @@ std::optional<double> recorded_date(double number, std::string_view text);
 
 /// Returns the seconds since midnight of a number hhmmss.ss, or nan if it is no time of day.
 double packed_time_of_day(double number);
+
+/// Returns the seconds of a time since 1970 whose unit is not stated: its magnitude tells s, ms, μs and ns apart.
+double seconds_by_magnitude(double time);
 
 /// Returns a time since 1970 [s] as "2024-11-26T05:46:40.123Z".
 std::string utc_text(double t);

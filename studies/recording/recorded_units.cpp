@@ -100,16 +100,9 @@ constexpr std::pair<std::string_view, std::string_view> kSpellings[] = {
 /// Texts that are used for more than one unit: gon or degrees (German), g or gauss.
 constexpr std::string_view kAmbiguous[] = {"grad", "grads", "G"};
 
-std::string lower(std::string_view text) {
-  std::string result(text);
-  std::transform(result.begin(), result.end(), result.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  return result;
-}
-
 /// Returns whether `text` is `unit` in another case, such as "Knots" or "PSI". In "Mm" and "T", the case matters.
 bool same_but_for_case(std::string_view text, std::string_view unit) {
-  if (text.size() != unit.size() || lower(text) != lower(unit)) return false;
+  if (text.size() != unit.size() || lower_case(text) != lower_case(unit)) return false;
   if (text.size() == 1) return text == "M" || text == "S";
   const bool mega = text[0] == 'M' && unit[0] == 'm' &&
                     std::any_of(text.begin(), text.end(), [](unsigned char c) { return std::islower(c); });
@@ -131,7 +124,7 @@ std::optional<RecordedUnit> find_spelling(F f) {
 
 bool is_ambiguous(std::string_view text) {
   return std::any_of(std::begin(kAmbiguous), std::end(kAmbiguous),
-                     [&](std::string_view a) { return text == a || (a.size() > 1 && lower(text) == a); });
+                     [&](std::string_view a) { return text == a || (a.size() > 1 && lower_case(text) == a); });
 }
 
 /// Returns whether a text in brackets may be a unit. Names of axes ("x", "N") and indices are none.

@@ -1,10 +1,10 @@
 #include <algorithm>
 #include <array>
-#include <cctype>
 
 #include <fmt/format.h>
 
 #include <tandem/studies/recording/recording_formats.hpp>
+#include <tandem/studies/support/text.hpp>
 
 namespace tandem {
 namespace {
@@ -43,9 +43,7 @@ std::string why_compressed(std::string_view head) {
 }
 
 bool is_recording_name(const std::filesystem::path& file) {
-  std::string extension = file.extension().string();
-  std::transform(extension.begin(), extension.end(), extension.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  const std::string extension = lower_case(file.extension().string());
   return std::find(kExtensions.begin(), kExtensions.end(), extension) != kExtensions.end();
 }
 

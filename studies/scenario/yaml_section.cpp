@@ -49,9 +49,7 @@ std::string yaml_text(const std::string& text) {
   };
   const bool word = !text.empty() && std::all_of(text.begin(), text.end(), plain) && text[0] != '-' && text[0] != '.';
   static const std::set<std::string> reserved = {"true", "false", "null", "yes", "no", "on", "off", "y", "n"};
-  std::string lower = text;
-  for (char& c : lower) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-  if (word && !reserved.contains(lower)) return text;
+  if (word && !reserved.contains(lower_case(text))) return text;
   std::string quoted = "\"";
   for (const char c : text) {
     if (c == '"' || c == '\\') quoted += '\\';

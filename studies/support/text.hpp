@@ -18,6 +18,9 @@ std::optional<int> parse_positive_integer(std::string_view text);
 /// Returns the text without blanks (space, tab, carriage return) at its ends.
 std::string_view trimmed(std::string_view text);
 
+/// Returns the text with the letters A to Z in lower case.
+std::string lower_case(std::string_view text);
+
 /// Returns the trimmed parts between separators. Empty parts are kept: "a,,b" has three.
 std::vector<std::string_view> split(std::string_view text, char separator);
 /// Stores the parts in an existing vector. Avoids allocations for files with many lines.

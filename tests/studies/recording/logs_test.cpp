@@ -185,6 +185,9 @@ TEST(Recordings, NameWhatTheyCannotRead) {
 }
 
 TEST(RecordedTime, ParsesTextsAndZones) {
+  for (const double factor : {1.0, 1e3, 1e6, 1e9})
+    EXPECT_NEAR(seconds_by_magnitude(factor * 1732600000), 1732600000, 1e-3) << factor;
+  EXPECT_EQ(seconds_by_magnitude(12.5), 12.5);
   EXPECT_EQ(parse_time_text("2024-11-26T05:46:40.5Z"), 1732600000.5);
   EXPECT_EQ(parse_time_text("2024/11/26 05:46:40"), 1732600000);
   EXPECT_EQ(parse_time_text("2024-11-26T06:46:40+01:00"), 1732600000);

@@ -72,6 +72,11 @@ TEST(Text, ListsWordsAsProse) {
   EXPECT_EQ(listed({"a", "b", "c"}, "or"), "a, b or c");
 }
 
+TEST(Text, LowersLettersOnly) {
+  EXPECT_EQ(lower_case("Map_ENU/7 \u00c4"), "map_enu/7 \u00c4");
+  EXPECT_EQ(lower_case(""), "");
+}
+
 TEST(Text, SuggestsSimilarWords) {
   const std::vector<std::string> known = {"keyframe_interval", "noise", "sensors"};
   EXPECT_EQ(did_you_mean("nosie", known), "; did you mean noise?");
