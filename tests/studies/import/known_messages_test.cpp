@@ -7,6 +7,7 @@
 #include <tandem/studies/import/frame_names.hpp>
 #include <tandem/studies/import/import.hpp>
 
+#include "studies/recording/read_rows.hpp"
 #include "studies/recording/written_recordings.hpp"
 #include "studies/scratch.hpp"
 
@@ -36,6 +37,23 @@ class KnownMessagesTest : public testing::Test {
     const std::string file = (scratch_.path() / "points.db3").string();
     std::filesystem::remove(file);
     write_db3(file, "geometry_msgs/msg/PointStamped", "", {{100.1, cdr.str()}, {101.1, cdr.str()}});
+    return file;
+  }
+  /// Returns a bag without definitions with one velocity over ground and one through the water.
+  std::filesystem::path dvl() const {
+    std::vector<std::pair<double, std::string>> messages;
+    for (const int mode : {1, 2}) {
+      Cdr cdr;
+      cdr.add(std::int32_t(99 + mode)).add(std::uint32_t(0)).text("dvl").add(std::uint8_t(mode)).add(std::uint8_t(0));
+      cdr.add(0.3).add(0.01).add(0.05);
+      for (int i = 0; i < 9; ++i) cdr.add(i % 4 == 0 ? 1e-4 : 0);
+      cdr.add(5.0).add(0.0).add(0.3).add(std::uint8_t(4)).add(1500.0f).add(true).add(true);
+      for (int i = 0; i < 16; ++i) cdr.add(i < 12 ? 0.5 : 5.8);  // directions and ranges of the beams
+      for (int i = 0; i < 16; ++i) cdr.add(0.25f);
+      messages.emplace_back(99.5 + mode, cdr.str());
+    }
+    const std::string file = (scratch_.path() / "dvl.db3").string();
+    write_db3(file, "marine_acoustic_msgs/msg/Dvl", "", messages);
     return file;
   }
   ScratchFolder scratch_;
@@ -100,6 +118,20 @@ TEST_F(KnownMessagesTest, Px4PositionsHaveTwoVersions) {
   }
 }
 #endif
+
+// https://github.com/apl-ocean-engineering/marine_msgs: the z axis points where the DVL looks.
+TEST_F(KnownMessagesTest, DvlPointsDownAndMeasuresOverGround) {
+  const auto recording = open_recording(dvl());
+  const auto rows = read_rows(*recording, "/fix", {"num_good_beams", "sound_speed", "range[3]", "beam_velocity[3]"});
+  EXPECT_THAT(rows.at(0).numbers, testing::ElementsAre(4, 1500, 5.8, 0.25));
+  const Import result = import(recording->file());
+  const ImportedSensor& sensor = *result.sensors.at(0);
+  ASSERT_EQ(sensor.rows(), 1u);
+  EXPECT_EQ(sensor.at(0, 1), 0.3);
+  EXPECT_EQ(sensor.at(0, 2), -0.01);
+  EXPECT_EQ(sensor.at(0, 3), -0.05);
+  EXPECT_THAT(sensor.dropped(), testing::ElementsAre(testing::Key("velocity_mode = 1 is not met")));
+}
 
 TEST(FrameNames, OfTheWorld) {
   for (const char* name : {"map", "/map", "map_ned", "odom_frame", "utm", "world_enu", "local_origin", "robot1/odom",
