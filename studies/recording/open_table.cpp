@@ -221,7 +221,9 @@ class TableRecording : public Recording {
 
   static bool detect_header(const std::vector<std::string_view>& cells) {
     return std::none_of(cells.begin(), cells.end(), is_number) &&
-           std::none_of(cells.begin(), cells.end(), [](std::string_view c) { return parse_time_text(c).has_value(); });
+           std::none_of(cells.begin(), cells.end(), [](std::string_view c) {
+             return parse_time_text(c).has_value() || day_and_month(c).has_value();
+           });
   }
 
   /// Adds the stream. `names` is empty if the table has no header.
@@ -233,7 +235,7 @@ class TableRecording : public Recording {
       std::string name(trimmed(cell));
       const std::string unit = unit_in_name(name);
       if (name.empty()) name = fmt::format("{}", column);
-      if (find_field(stream, name)) {
+      if (std::any_of(stream.fields.begin(), stream.fields.end(), [&](const auto& f) { return f.name == name; })) {
         if (std::find(repeated.begin(), repeated.end(), name) == repeated.end()) repeated.push_back(name);
         name += fmt::format(" (column {})", column);
       }
@@ -244,6 +246,7 @@ class TableRecording : public Recording {
           fmt::format("the header repeats {}; the name stands for the first of these columns, and the number of a "
                       "column for each",
                       listed(repeated)));
+    set_date_order(stream);
     set_time_fields(stream);
     streams_.push_back(std::move(stream));
     count_rows();
@@ -281,6 +284,30 @@ class TableRecording : public Recording {
     stream.date_field = date;
   }
 
+  /// Sets the order of day and month: a value above 12 anywhere in the table is a day.
+  void set_date_order(RecordedStream& stream) const {
+    stream.date_order = settings_.date_order;
+    if (stream.date_order != DateOrder::unknown) return;
+    bool any = false, first = false, second = false;
+    std::size_t lines = 0;
+    CellSplitter splitter(delimiter_);
+    std::vector<std::string_view> cells;
+    each_line([&](std::string_view line, std::size_t) {
+      splitter.split(line, cells);
+      for (const std::string_view cell : cells)
+        if (const auto date = day_and_month(cell)) {
+          any = true;
+          first |= date->first > 12;
+          second |= date->second > 12;
+        }
+      return any || ++lines < kProbedLines;
+    });
+    if (first == second) return;
+    stream.date_order = first ? DateOrder::dmy : DateOrder::mdy;
+    stream.time_note =
+        fmt::format("dates are {}, since a value above 12 is a day", first ? "day/month/year" : "month/day/year");
+  }
+
   /// Returns whether the first row has a date in one field and a time of day in another.
   bool first_row_has(const std::string& date_field, const std::string& time_field, const RecordedStream& stream) const {
     const std::vector<std::size_t> indices = field_indices(stream, {date_field, time_field});
@@ -292,7 +319,8 @@ class TableRecording : public Recording {
       splitter.split(line, cells);
       if (std::max(indices[0], indices[1]) >= cells.size()) return true;
       const RecordedValue date = value(cells[indices[0]]);
-      const auto day = recorded_date(date.number, date.text), time = parse_time_text(cells[indices[1]]);
+      const auto day = recorded_date(date.number, date.text, stream.date_order),
+                 time = parse_time_text(cells[indices[1]]);
       result = day && std::fmod(*day, kSecondsPerDay) == 0 && *day >= kSecondsPerDay && time && *time <= kSecondsPerDay;
       return false;
     });
@@ -302,8 +330,10 @@ class TableRecording : public Recording {
   void count_rows() {
     RecordedStream& stream = streams_[0];
     double factor = 1;
+    bool has_unit = false;
     if (!stream.time_field.empty()) {
       const RecordedField& field = stream.fields[field_indices(stream, {stream.time_field})[0]];
+      has_unit = !field.unit.empty();
       if (const auto unit = find_unit(field.unit); unit && unit->quantity == Quantity::time && unit->factor > 0)
         factor = unit->factor;
     }
@@ -314,9 +344,11 @@ class TableRecording : public Recording {
       ++stream.rows;
       if (row.values.empty()) return;
       const RecordedValue& v = row.values[0];
-      double t = v.text.empty() ? v.number * factor : parse_time_text(v.text).value_or(v.number);
+      double t = v.text.empty() ? v.number * factor : parse_time_text(v.text, stream.date_order).value_or(v.number);
+      if (v.text.empty() && !has_unit) t = seconds_by_magnitude(t);
       if (row.values.size() > 1)
-        t += recorded_date(row.values[1].number, row.values[1].text).value_or(std::numeric_limits<double>::quiet_NaN());
+        t += recorded_date(row.values[1].number, row.values[1].text, stream.date_order)
+                 .value_or(std::numeric_limits<double>::quiet_NaN());
       if (!(stream.first <= t)) stream.first = t;
       if (!(stream.last >= t)) stream.last = t;
     };

@@ -71,6 +71,14 @@ TEST_F(KnownMessagesTest, HeadingsOfNmeaAreTrueIfTheSentencesStateTheVariation) 
   const Import result = import("a.nmea", log);
   EXPECT_NEAR(heading(*result.sensors.at(0), 0), 103.5, 1e-9);
   EXPECT_THAT(result.assumptions, Contains(HasSubstr("deviation and variation of the sentences are added")));
+  for (const auto& [sentence, true_heading] : {std::pair{"$HCHDG,358.0,,,4.5,E", 2.5}, {"$HCHDG,2.0,,,4.5,W", 357.5}}) {
+    const Import north = import("north.nmea", fix + sentence + "\r\n");
+    EXPECT_NEAR(heading(*north.sensors.at(0), 0), true_heading, 1e-9);
+    EXPECT_THAT(north.findings, testing::Not(Contains(HasSubstr("heading_true reaches"))));
+    EXPECT_THAT(north.findings, testing::Not(Contains(HasSubstr("heading reaches"))));
+    const auto rows = read_rows(*open_recording(scratch_.path() / "north.nmea"), "HDG", {"heading_true"});
+    EXPECT_NEAR(rows.at(0).numbers[0], true_heading, 1e-9);
+  }
   EXPECT_THAT(result.assumptions, testing::Not(Contains(HasSubstr("declination"))));
   // A declination of the map replaces the variation.
   const Import given = import_with("declination: 10\nsensors: {h: {from: HDG}}\n", log);
