@@ -177,6 +177,14 @@ std::optional<std::size_t> competitor(const ImportMap& map, const ImportType& ty
   return {};
 }
 
+/// Returns the stream of the first of several equal devices of an ArduPilot log, "GPS" for "GPS.1"; null for others.
+const RecordedStream* first_device(const RecordedStream& stream, const Recording& recording) {
+  const std::string name = stream.name.substr(0, stream.name.find('.'));
+  const RecordedStream* first =
+      name == stream.name || !stream.type.starts_with("ArduPilot/") ? nullptr : recording.find(name);
+  return first && first->rows > 0 ? first : nullptr;
+}
+
 }  // namespace
 
 const std::vector<ImportField>* ImportSensor::find(std::string_view quantity) const {
@@ -244,6 +252,10 @@ ImportMap known_import_map(const Recording& recording) {
     if (rule.empty()) continue;
     if (!stream.unreadable.empty() || stream.rows == 0) {
       skip(stream.rows == 0 ? "no rows" : stream.unreadable);
+      continue;
+    }
+    if (const RecordedStream* first = first_device(stream, recording)) {
+      skip(fmt::format("{} is the first of these devices; select others in a map (--map)", first->name));
       continue;
     }
     const YamlSection known = YamlSection::parse(std::string(rule), stream.type);

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <deque>
+#include <limits>
 #include <map>
 #include <optional>
 #include <set>
@@ -81,6 +82,8 @@ class ImportedSensor {
   bool is_geographic() const { return geographic_; }
   bool needs_declination() const { return sensor_.magnetic && orientation_ >= 0; }
   std::size_t backwards() const { return backwards_; }  ///< rows earlier than the row before
+  /// Returns the largest time without a unit, as recorded; nan if all times have a unit or are texts.
+  double unstated_time() const { return unstated_time_; }
   /// Returns a sentence each if an angle of the orientation is beyond a turn, and if times have the form hhmmss or
   /// are days.
   std::vector<std::string> findings() const;
@@ -136,6 +139,7 @@ class ImportedSensor {
   LargestAngle angles_;
   PackedTimes packed_times_;
   SerialDays serial_days_;
+  double unstated_time_ = std::numeric_limits<double>::quiet_NaN();
   double last_of_day_ = 0, midnight_ = 0;  ///< s; see after_midnight()
   int orientation_ = -1;                   ///< first column of an orientation in the world
   std::deque<double> values_;

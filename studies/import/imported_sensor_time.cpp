@@ -105,6 +105,7 @@ std::optional<double> ImportedSensor::time(const RecordedRow& row) {
       if (recorded && time_.field.unit.empty()) {
         packed_times_.note(t);
         serial_days_.note(t);
+        if (!(unstated_time_ >= t)) unstated_time_ = t;
         t = seconds_by_magnitude(t);
       }
     }
@@ -163,7 +164,10 @@ void ImportedSensor::drop_without_time() {
   };
   std::string detail = time.receive ? "" : of_field(time_.field.field, time_.index);
   if (!time.receive && !time.date_field.empty()) detail += ", " + of_field(time.date_field, date_.index);
-  drop("no time", current_->received, detail);
+  if (time.receive && std::isnan(current_->received))
+    drop("no receive time, since the recording has none (give time: FIELD)", current_->received);
+  else
+    drop("no time", current_->received, detail);
 }
 
 }  // namespace tandem

@@ -182,6 +182,10 @@ double packed_time_of_day(double number) {
                                                                     : std::nan("");
 }
 
+std::string_view unit_by_magnitude(double time) {
+  return packed_date(time) ? "YYYYMMDDhhmmss" : time > 1e17 ? "ns" : time > 1e14 ? "us" : time > 1e11 ? "ms" : "s";
+}
+
 double seconds_by_magnitude(double time) {
   if (const auto date = packed_date(time)) return *date;
   return time * (time > 1e17 ? 1e-9 : time > 1e14 ? 1e-6 : time > 1e11 ? 1e-3 : 1);

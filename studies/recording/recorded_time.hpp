@@ -38,6 +38,9 @@ double packed_time_of_day(double number);
 /// number such as 20241126054640 is a date and a time of day.
 double seconds_by_magnitude(double time);
 
+/// Returns the unit that seconds_by_magnitude() takes: "s", "ms", "us", "ns" or "YYYYMMDDhhmmss".
+std::string_view unit_by_magnitude(double time);
+
 /// Returns a time since 1970 [s] as "2024-11-26T05:46:40.123Z".
 std::string utc_text(double t);
 

@@ -139,8 +139,8 @@ std::unique_ptr<Recording> open_file(const fs::path& file, const TableSettings& 
   const std::string_view start = head;
   for (const RecordingFormat& format : recording_formats())
     if (start.starts_with(format.magic)) return format.open(file);
-  if (const std::string why = why_compressed(start); !why.empty())
-    throw Error(fmt::format("{}: {}", file.string(), why));
+  for (const std::string& why : {why_compressed(start), why_unreadable(start)})
+    if (!why.empty()) throw Error(fmt::format("{}: {}", file.string(), why));
   if (!is_text(head))
     throw Error(fmt::format("{}: unknown format (first bytes {}); readable are {}", file.string(),
                             quote(start.substr(0, 8)), readable_formats()));

@@ -101,7 +101,14 @@ TEST_F(KnownMessagesTest, ArduPilotImportsTheFirstOfTwoReceivers) {
   const Import result = import("a.bin", log);
   ASSERT_EQ(result.sensors.size(), 1u);
   EXPECT_EQ(result.sensors[0]->rows(), 2u);
-  EXPECT_THAT(result.sensors[0]->dropped(), Contains(testing::Key("I = 0 is not met")));
+  EXPECT_THAT(result.map.unused, Contains(HasSubstr("GPS.1: GPS is the first of these devices")));
+  const auto recording = open_recording(scratch_.path() / "a.bin");
+  ASSERT_TRUE(recording->find("GPS.1"));
+  EXPECT_EQ(recording->find("GPS")->rows, 2u);
+  const Import second = import_recording(
+      *recording, read_import_map(scratch_.write("map.yaml", "sensors: {aft: {from: GPS.1}}\n"), *recording), [] {});
+  EXPECT_EQ(second.sensors[0]->rows(), 2u);
+  EXPECT_NEAR(second.frame->origin().latitude, 63.4401, 1e-7);
 }
 
 TEST_F(KnownMessagesTest, Px4PositionsHaveTwoVersions) {

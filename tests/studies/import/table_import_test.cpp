@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <tandem/studies/import/import.hpp>
+#include <tandem/studies/import/import_report.hpp>
 #include <tandem/studies/recording/recorded_units.hpp>
 #include <tandem/studies/scenario/scenario.hpp>
 
@@ -123,7 +124,10 @@ TEST_F(TableImportTest, ColumnsAreFoundWithoutTheirUnits) {
                    "\", \"p_RS_R_y" + unit + "\", \"p_RS_R_z" + unit + "\"]}}\n");
     EXPECT_NEAR(times(result)[0], 1403636580.8385556, 1e-6);
     EXPECT_EQ(result.sensors[0]->at(0, 2), 2);
+    EXPECT_THAT(stream_list(*open_recording(scratch_.path() / "log.csv")), HasSubstr("q_w []\n"));
   }
+  const auto file = scratch_.write("a.jsonl", "{\"t\":1,\"a\":[1,2],\"b\":0}\n{\"t\":2,\"a\":[1,2,3],\"b\":0}\n");
+  EXPECT_THAT(stream_list(*open_recording(file)), HasSubstr("a[0..2], b"));
   for (const auto& [unit, quantity] :
        {std::pair{"m s^-1", Quantity::speed}, {"m s^-2", Quantity::acceleration}, {"rad s^-1", Quantity::angular_rate}})
     EXPECT_EQ(find_unit(unit).value().quantity, quantity) << unit;
@@ -282,11 +286,42 @@ TEST_F(TableImportTest, LongRowsMayComeLate) {
   EXPECT_THAT(times(result), ElementsAre(7));
 }
 
-TEST_F(TableImportTest, CellsWithLineBreaksAreNamed) {
-  const Import result = import("t,note,z\n0,\"a\nb\",1\n1,ok,1\n", "depth", "depth: z");
-  EXPECT_THAT(result.defects, ElementsAre(HasSubstr("line 2: a quoted cell is not closed")));
-  EXPECT_THAT(error_of([&] { import("t,note,z\n0,\"a\nb\",1\n", "depth", "depth: z"); }),
-              HasSubstr("line 2: a quoted cell is not closed"));
+TEST_F(TableImportTest, QuotedCellsMayHaveLineBreaks) {
+  const Import result = import("t,note,z\n0,\"a\n\"\"b\"\"\n,c\",1\n1,5\" pipe,2\nx,ok,2\n", "depth", "depth: z");
+  EXPECT_THAT(times(result), ElementsAre(0, 1));
+  EXPECT_EQ(result.sensors[0]->dropped().at("no time").example, "line 6, t is 'x'");
+  EXPECT_THAT(result.defects, IsEmpty());
+  std::string open = "t,note,z\n0,\"a,1\n";
+  for (int i = 1; i < 200; ++i) open += std::to_string(i) + ",b,1\n";
+  const Import unclosed = import(open, "depth", "depth: z");
+  EXPECT_EQ(unclosed.sensors[0]->rows(), 199u);
+  EXPECT_THAT(unclosed.defects, ElementsAre(HasSubstr("line 2: a quoted cell is not closed within")));
+}
+
+TEST_F(TableImportTest, TheTableBeginsAfterOtherLines) {
+  const std::string table = "time,z,note\n0,1,\n1,2,ok\n2,3,\n";
+  for (const std::string before : {"Logger 12\nSerial, 77\n\n", "Start, 2024-11-26, 05:46, x\n"}) {
+    const Import result = import(before + table, "depth", "depth: z");
+    EXPECT_THAT(times(result), ElementsAre(0, 1, 2));
+    EXPECT_EQ(result.sensors[0]->dropped().size(), 0u);
+    const auto first = std::count(before.begin(), before.end(), '\n') + 1;
+    EXPECT_THAT(result.format, HasSubstr("begins at line " + std::to_string(first)));
+  }
+  EXPECT_EQ(import(table, "depth", "depth: z").format, "table");
+  EXPECT_EQ(import("1,2\n3,4,5\n4,5,6\n5,6,7\n", "depth", "depth: \"2\"", "time: \"1\"").sensors[0]->read(), 4u)
+      << "rows of numbers are no other lines";
+}
+
+TEST_F(TableImportTest, TimesWithoutUnitAreNamedByTheirMagnitude) {
+  const auto assumed = [&](const std::string& t, const std::string& more = "") {
+    return import("t,z\n" + t + ",1\n", "depth", "depth: z", more).assumptions;
+  };
+  EXPECT_THAT(assumed("5"), Contains("s: times are in seconds"));
+  EXPECT_THAT(assumed("1732600000000"), Contains("s: times are in ms, by their magnitude"));
+  EXPECT_THAT(assumed("1732600000000000000"), Contains("s: times are in ns, by their magnitude"));
+  EXPECT_THAT(assumed("2024-11-26 05:46:40"), Not(Contains(HasSubstr("times are in"))));
+  EXPECT_THAT(error_of([&] { assumed("5", "time: receive"); }),
+              HasSubstr("no receive time, since the recording has none"));
 }
 
 TEST_F(TableImportTest, RefusesSettingsThatAScenarioCannotHave) {

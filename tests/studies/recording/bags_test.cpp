@@ -142,6 +142,17 @@ TEST(Bags, CompressedFilesNameTheirCompression) {
   EXPECT_THAT(error_of([&] { open_recording(scratch.write("a.csv.gz", gzip)); }), HasSubstr("is compressed with gzip"));
 }
 
+TEST(Bags, OtherVersionsAndCutFilesAreNamed) {
+  const ScratchFolder scratch;
+  for (const auto& [content, why] :
+       {std::pair{"#ROSBAG V1.2\n# 3 lines\n", "a ROS 1 bag of version 1.2 is not supported"},
+        {"\x89MCAP", "the file is cut after 5 bytes (format: MCAP)"},
+        {"\x89MCAP1\r\n", "this version of MCAP is not supported"}}) {
+    const auto file = scratch.write("a.bag", content);
+    EXPECT_THAT(error_of([&] { open_recording(file); }), HasSubstr(why));
+  }
+}
+
 TEST(Bags, JoinTheTopicsOfSeveralFiles) {
   const ScratchFolder scratch;
   scratch.write("a_0.mcap", Mcap::start() + mcap_topics() + mcap_messages(0, 2) + Mcap::end());
