@@ -18,7 +18,7 @@ both = exists('orientation_records')
 call here.'types.gp' errors
 call here.'panels.gp' (both ? '2' : '1') (both ? '270' : '280') scenario.': error at each keyframe, by its measurement'
 points = points_of("at_least(e)")
-at_least(e) = column(e) == column(e) ? max(column(e), 1e-9) : NaN
+at_least(e) = column(e) < 1e300 ? max(column(e), 1e-9) : NaN
 call here.'time.gp' errors
 set logscale y
 set format y '%g'

@@ -5,8 +5,8 @@
 
 quantile = 0
 quantile_file = ARG1; quantile_column = ARG2; quantile_except = ARG4; quantile_share = ARG3 + 0
-# Ignored values become -1, below all others, with weight 0: gnuplot cannot sort NaN.
-quantile_value(x, type) = x == x && (quantile_except eq '' || type ne quantile_except) ? x : -1
+# Ignored and infinite values become -1, below all others, with weight 0: gnuplot cannot sort NaN.
+quantile_value(x, type) = x < 1e300 && (quantile_except eq '' || type ne quantile_except) ? x : -1
 if (exists('quantile_of_records')) { undefine quantile_of_* }
 stats quantile_file using (quantile_value(abs(column(quantile_column)), quantile_except eq '' ? '' : strcol('type'))) name 'quantile_of' nooutput
 if (exists('quantile_of_max')) {

@@ -15,7 +15,7 @@ models = 0
 do for [i = 1:100] { model[i] = ''; count[i] = 0 }
 known(name) = sum [i = 1:models] (model[i] eq name ? i : 0)
 named(name, solver) = name.(solvers > 1 ? ', '.solver : '')
-stats trials using (this = named(strcol('model'), strcol('solver')), k = known(this), models = k ? models : models + 1, k = k ? k : models, model[k] = this, counted = column('at_all_error_m'), count[k] = count[k] + (counted == counted), 1) nooutput
+stats trials using (this = named(strcol('model'), strcol('solver')), k = known(this), models = k ? models : models + 1, k = k ? k : models, model[k] = this, counted = column('at_all_error_m'), count[k] = count[k] + (counted < 1e300), 1) nooutput
 stats trials using 'at_all_error_m' name 'all' nooutput
 if (!exists('all_records') || all_records < 2) { exit }
 call here.'figure.gp' '420' 'Distribution of the mean position error of trials'
@@ -26,6 +26,6 @@ set ylabel 'share of trials'
 set yrange [0:1.02]
 array colour[8] = [blue, vermilion, green, orange, purple, sky_blue, 'black', grey]
 # Trials of other models get weight 0 at the left end: NaN would interrupt a smoothed curve.
-has(x, i) = x == x && named(strcol('model'), strcol('solver')) eq model[i]
+has(x, i) = x < 1e300 && named(strcol('model'), strcol('solver')) eq model[i]
 x(i) = has(column('at_all_error_m'), i) ? column('at_all_error_m') : all_min
 plot for [i = 1:models] trials using (x(i)):(has(column('at_all_error_m'), i) ? 1.0 / count[i] : 0) smooth cumulative with steps lw 2 lc rgb colour[(i - 1) % 8 + 1] title model[i]

@@ -53,7 +53,7 @@ std::vector<std::string> export_kml(const ExportedRun& run, const std::filesyste
     std::string text = fmt::format(
         "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<kml xmlns=\"http://www.opengis.net/kml/2.2\" "
         "xmlns:gx=\"http://www.google.com/kml/ext/2.2\">\n<Document><name>{0}</name><Placemark><name>{0}</name>\n"
-        "<gx:Track><altitudeMode>clampToGround</altitudeMode>\n",
+        "<gx:Track><altitudeMode>absolute</altitudeMode>\n",
         trajectory.name);
     for (const ExportedPose& pose : trajectory.poses)
       text += fmt::format("<when>{}</when>\n", utc_text(pose.t > kSince1970 ? pose.t : pose.t + kGpsEpoch));

@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <cmath>
 #include <functional>
 
 #include <fmt/format.h>
@@ -96,8 +97,10 @@ class SensorConventions {
     if (!sensor_.time_stated)
       say("the time is {}{}", time.receive ? "that of receipt" : time.field.field + ", by its name",
           time.date_field.empty() ? "" : ", with the date in " + time.date_field);
-    if (!time.receive && time.field.unit.empty() && !sensor_.fields_by_rule && !time.field.field.empty())
-      say("times are in seconds, unless their text is a date");
+    if (!time.receive && !sensor_.fields_by_rule && !std::isnan(imported_.unstated_time())) {
+      const std::string_view unit = unit_by_magnitude(imported_.unstated_time());
+      say("times are in {}{}", unit == "s" ? "seconds" : unit, unit == "s" ? "" : ", by their magnitude");
+    }
     if (time.gps && time.leap_seconds == kLeapSeconds) say("{:g} leap seconds between GPS and UTC", time.leap_seconds);
   }
 

@@ -49,16 +49,18 @@ class EntryReader {
     read_axes_and_north();
     read_fields();
     check_fields();
+    check_effect();
     read_time();
     if (has("latency")) sensor_.latency = field_of("latency", section("latency").text("latency"), Quantity::time);
     if (has("where"))
       for (const std::string& text : section("where").texts("where")) sensor_.conditions.push_back(condition(text));
     if (has("covariance"))
       for (const std::string& text : section("covariance").texts("covariance"))
-        if (find_field(stream_, text)) sensor_.variances.push_back(field_of("covariance", text, Quantity::number));
+        if (find_field(stream_, text) || given("covariance"))
+          sensor_.variances.push_back(field_of("covariance", text, Quantity::number));
     read_settings();
     const auto anywhere = [&](const char* key) { return has(key) || (entry_.map && entry_.map->has(key)); };
-    sensor_.fields_by_rule = rule_has("fields") && !(entry_.given && entry_.given->has("fields"));
+    sensor_.fields_by_rule = rule_has("fields") && !given("fields");
     sensor_.axes_stated = anywhere("axes") || (entry_.map && entry_.map->has("frame"));
     sensor_.time_stated = anywhere("time") || sensor_.fields_by_rule;
     sensor_.north_stated = has("north") || sensor_.fields_by_rule;
@@ -73,7 +75,9 @@ class EntryReader {
         !entry_.given || !entry_.given->has("type") || entry_.given->text("type") == entry_.rule->text("type");
     return same_type || key == "fields" || key == "axes";
   }
-  bool has(const std::string& key) const { return (entry_.given && entry_.given->has(key)) || rule_has(key); }
+  /// Returns whether the user's entry gives a key.
+  bool given(const std::string& key) const { return entry_.given && entry_.given->has(key); }
+  bool has(const std::string& key) const { return given(key) || rule_has(key); }
   /// Returns the section that has the key: that of the user's map if possible, otherwise that of the rule.
   const YamlSection& section(const std::string& key) const {
     return entry_.given && (entry_.given->has(key) || !rule_has(key)) ? *entry_.given : *entry_.rule;
@@ -121,9 +125,7 @@ class EntryReader {
     return import_field(stream_, fmt::format("{}: {}", place(key), key), text, quantity);
   }
 
-  std::string place(const std::string& key) const {
-    return entry_.given && entry_.given->has(key) ? entry_.given->place(key) : sensor_.place;
-  }
+  std::string place(const std::string& key) const { return given(key) ? entry_.given->place(key) : sensor_.place; }
 
   void read_fields() {
     if (!has("fields")) {
@@ -140,7 +142,7 @@ class EntryReader {
         known.emplace_back(quantity.name);
         if (fields.has(std::string(quantity.name))) read_quantity(fields, quantity);
       }
-    if (entry_.given && entry_.given->has("fields")) fields.allow_only(known);  // a rule may have more than the type
+    if (given("fields")) fields.allow_only(known);  // a rule may have more than the type
   }
 
   void read_quantity(const YamlSection& fields, const ImportQuantity& quantity) {
@@ -218,9 +220,20 @@ class EntryReader {
                                       quote(o)));
   }
 
+  /// Throws Error if a key describes a quantity that the sensor does not have.
+  void check_effect() const {
+    if (given("euler_order") && !sensor_.find("euler"))
+      fail("euler_order", fmt::format("euler_order has no effect: {} has no quantity euler; remove it", entry_.name));
+    if (given("north") && !has_world_orientation(*sensor_.type))
+      fail("north", fmt::format("north has no effect: a {} has no heading; remove it", sensor_.type->name));
+  }
+
   void read_time() {
     ImportTime& time = sensor_.time;
     std::string field, unit;
+    time.date_order = stream_.date_order;
+    if (entry_.map && entry_.map->has("tables") && entry_.map->section("tables").has("date_order"))
+      time.date_order = read_date_order(entry_.map->section("tables"));
     for (const YamlSection* from : {entry_.map, entry_.rule, entry_.given})
       if (from && from->has("time")) read_time_key(*from, field, unit);
     if (time.receive) return;
@@ -260,7 +273,11 @@ class EntryReader {
     if (keys.has("field")) field = keys.text("field");
     if (keys.has("unit")) unit = keys.text("unit");
     if (keys.has("week")) time.week = keys.text("week");
-    if (!time.week.empty() && !find_field(stream_, time.week)) keys.fail("week", unknown_field(stream_, time.week));
+    if (!time.week.empty()) {
+      const RecordedField* found = find_field(stream_, time.week);
+      if (!found) keys.fail("week", unknown_field(stream_, time.week));
+      time.week = found->name;
+    }
     if (keys.has("epoch")) {
       const std::string epoch = keys.text("epoch");
       if (epoch != "unix" && epoch != "gps")
@@ -271,11 +288,11 @@ class EntryReader {
     if (keys.has("offset")) time.offset = keys.number("offset");
     if (!keys.has("date")) return;
     const std::string text = keys.text("date");
-    const auto date = parse_time_text(text);
+    const auto date = parse_time_text(text, time.date_order);
     if (date)
       time.date = *date;
-    else if (find_field(stream_, text))
-      time.date_field = text;
+    else if (const RecordedField* found = find_field(stream_, text))
+      time.date_field = found->name;
     else
       keys.fail("date", fmt::format("date {} is neither a date like 2024-11-26 nor a field", quote(text)));
   }
@@ -294,7 +311,7 @@ class EntryReader {
       std::string value(trimmed(std::string_view(text).substr(at + std::string_view(symbol).size())));
       if (value.starts_with('=')) value = std::string(trimmed(std::string_view(value).substr(1)));  // "=="
       const RecordedField* found = find_field(stream_, field);
-      if (!found && entry_.given && entry_.given->has("where"))
+      if (!found && given("where"))
         throw Error(fmt::format("{}: where: {}", place("where"), unknown_field(stream_, field)));
       if (!found) return {};  // a rule's condition on a field that this version of the message lacks
       if (field.find('[') == std::string::npos) field = found->name;
@@ -341,6 +358,13 @@ class EntryReader {
 };
 
 }  // namespace
+
+DateOrder read_date_order(const YamlSection& tables) {
+  const std::string order = tables.text("date_order");
+  if (order == "dmy") return DateOrder::dmy;
+  if (order == "mdy") return DateOrder::mdy;
+  tables.fail("date_order", fmt::format("date_order is {}; it must be dmy (day/month/year) or mdy", quote(order)));
+}
 
 ImportSensor read_import_entry(const ImportEntry& entry) { return EntryReader(entry).read(); }
 

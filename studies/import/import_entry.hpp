@@ -17,6 +17,9 @@ struct ImportEntry {
   const RecordedStream* stream;
 };
 
+/// Reads the key `date_order` of a map's tables. Throws Error if it is neither dmy nor mdy.
+DateOrder read_date_order(const YamlSection& tables);
+
 /// Reads one sensor. Throws Error with file and line on unknown keys, fields and units, and on missing quantities.
 ImportSensor read_import_entry(const ImportEntry& entry);
 

@@ -85,6 +85,21 @@ void read_head(const YamlSection& map, ImportMap& result) {
   }
 }
 
+/// Throws Error if the map has a key that no sensor uses.
+void check_effect(const YamlSection& map, const ImportMap& result) {
+  const auto any = [&](auto uses) { return std::any_of(result.sensors.begin(), result.sensors.end(), uses); };
+  const bool magnetic = any([](const ImportSensor& s) { return s.magnetic && has_world_orientation(*s.type); });
+  for (const char* key : {"declination", "magnetic_model"})
+    if (map.has(key) && !magnetic)
+      map.fail(key, fmt::format("{} has no effect, since no heading is magnetic; give north: magnetic to the sensors "
+                                "whose headings it turns, or remove it",
+                                key));
+  if (map.has("declination") && map.has("magnetic_model"))
+    map.fail("magnetic_model", "magnetic_model has no effect beside declination; remove one of them");
+  if (map.has("water") && !any([](const ImportSensor& s) { return s.find("pressure") != nullptr; }))
+    map.fail("water", "water has no effect, since no depth is given by a pressure; remove it");
+}
+
 /// Throws Error if the field with the time, given for all sensors, is in no stream.
 void check_time(const YamlSection& map, const Recording& recording) {
   if (!map.has("time") || map.is_mapping("time")) return;
@@ -93,7 +108,8 @@ void check_time(const YamlSection& map, const Recording& recording) {
   std::vector<std::string> names{"message", "receive"};
   for (const RecordedStream& stream : recording.streams()) {
     if (find_field(stream, text) || find_field(stream, field)) return;
-    for (const RecordedField& f : stream.fields) names.push_back(f.name);
+    for (const RecordedField& f : stream.fields)
+      if (!parse_positive_integer(f.name)) names.push_back(f.name);
   }
   map.fail("time", fmt::format("no stream has the field {}{}", quote(field), did_you_mean(field, names)));
 }
@@ -161,6 +177,14 @@ std::optional<std::size_t> competitor(const ImportMap& map, const ImportType& ty
   return {};
 }
 
+/// Returns the stream of the first of several equal devices of an ArduPilot log, "GPS" for "GPS.1"; null for others.
+const RecordedStream* first_device(const RecordedStream& stream, const Recording& recording) {
+  const std::string name = stream.name.substr(0, stream.name.find('.'));
+  const RecordedStream* first =
+      name == stream.name || !stream.type.starts_with("ArduPilot/") ? nullptr : recording.find(name);
+  return first && first->rows > 0 ? first : nullptr;
+}
+
 }  // namespace
 
 const std::vector<ImportField>* ImportSensor::find(std::string_view quantity) const {
@@ -178,12 +202,13 @@ TableSettings read_table_settings(const std::filesystem::path& file) {
   TableSettings settings;
   if (!map.has("tables")) return settings;
   const YamlSection tables = map.section("tables");
-  tables.allow_only({"delimiter", "header", "decimal_comma", "comment", "missing", "skip"});
+  tables.allow_only({"delimiter", "header", "decimal_comma", "comment", "missing", "skip", "date_order"});
   if (tables.has("delimiter")) settings.delimiter = delimiter_of(tables);
   if (tables.has("header")) settings.header = tables.boolean("header");
   if (tables.has("decimal_comma")) settings.decimal_comma = tables.boolean("decimal_comma");
   if (tables.has("comment")) settings.comment = tables.text("comment");
   if (tables.has("missing")) settings.missing = tables.texts("missing");
+  if (tables.has("date_order")) settings.date_order = read_date_order(tables);
   if (tables.has("skip")) {
     const double skip = tables.number("skip");
     if (skip < 0 || skip != std::floor(skip)) tables.fail("skip", "skip must be a number of lines");
@@ -215,6 +240,7 @@ ImportMap read_import_map(const std::filesystem::path& file, const Recording& re
     result.sensors.push_back(std::move(sensor));
   }
   if (result.sensors.empty()) map.fail("sensors", "sensors is empty; name at least one");
+  check_effect(map, result);
   return result;
 }
 
@@ -226,6 +252,10 @@ ImportMap known_import_map(const Recording& recording) {
     if (rule.empty()) continue;
     if (!stream.unreadable.empty() || stream.rows == 0) {
       skip(stream.rows == 0 ? "no rows" : stream.unreadable);
+      continue;
+    }
+    if (const RecordedStream* first = first_device(stream, recording)) {
+      skip(fmt::format("{} is the first of these devices; select others in a map (--map)", first->name));
       continue;
     }
     const YamlSection known = YamlSection::parse(std::string(rule), stream.type);

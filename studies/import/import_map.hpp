@@ -42,7 +42,8 @@ struct ImportTime {
   std::string week{};        ///< Field with the GPS week, if `field` is the time of the week.
   double date = 0;           ///< s; midnight that a time of day is relative to.
   std::string date_field{};  ///< Field with the date of each row, instead of `date`.
-  bool gps = false;          ///< Whether the epoch is GPS (1980), not Unix (1970).
+  DateOrder date_order = DateOrder::unknown;
+  bool gps = false;  ///< Whether the epoch is GPS (1980), not Unix (1970).
   double leap_seconds = kLeapSeconds;
   double offset = 0;  ///< s, added
 };

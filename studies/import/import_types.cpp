@@ -1,3 +1,5 @@
+#include <algorithm>
+
 #include <tandem/studies/import/import_types.hpp>
 
 namespace tandem {
@@ -60,6 +62,10 @@ const ImportType* find_import_type(std::string_view name) {
 bool observes_target(const ImportType& type) {
   const ImportPart first = type.parts.front();
   return first == ImportPart::body_position || first == ImportPart::range || first == ImportPart::direction;
+}
+
+bool has_world_orientation(const ImportType& type) {
+  return std::find(type.parts.begin(), type.parts.end(), ImportPart::world_orientation) != type.parts.end();
 }
 
 std::vector<std::string> import_type_names() {

@@ -40,6 +40,9 @@ std::vector<std::string> import_type_names();
 /// Returns whether sensors of this type observe the target.
 bool observes_target(const ImportType& type);
 
+/// Returns whether rows of this type have an orientation in the world, whose north may be the magnetic one.
+bool has_world_orientation(const ImportType& type);
+
 /// A quantity that the key `fields` of a map names.
 struct ImportQuantity {
   std::string_view name;

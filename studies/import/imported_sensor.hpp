@@ -1,6 +1,7 @@
 #pragma once
 
 #include <deque>
+#include <limits>
 #include <map>
 #include <optional>
 #include <set>
@@ -39,6 +40,19 @@ class PackedTimes {
   double last_ = 0;
 };
 
+/// Recognises the days of a spreadsheet (45622.24 is in 2024) among times without a unit: as seconds, their rate is too
+/// high.
+class SerialDays {
+ public:
+  void note(double number);
+  bool found(double highest_rate) const;
+
+ private:
+  bool possible_ = true;
+  std::size_t count_ = 0;
+  double least_ = 0, most_ = 0;
+};
+
 /// The rows of one sensor, as its file in the scenario has them.
 ///
 /// Geographic positions are stored as latitude, longitude and height until finish(), since the origin may be the first
@@ -68,7 +82,10 @@ class ImportedSensor {
   bool is_geographic() const { return geographic_; }
   bool needs_declination() const { return sensor_.magnetic && orientation_ >= 0; }
   std::size_t backwards() const { return backwards_; }  ///< rows earlier than the row before
-  /// Returns a sentence each if an angle of the orientation is beyond a turn, and if times have the form hhmmss.
+  /// Returns the largest time without a unit, as recorded; nan if all times have a unit or are texts.
+  double unstated_time() const { return unstated_time_; }
+  /// Returns a sentence each if an angle of the orientation is beyond a turn, and if times have the form hhmmss or
+  /// are days.
   std::vector<std::string> findings() const;
 
   /// Returns the first position as latitude, longitude and height, before finish().
@@ -103,6 +120,8 @@ class ImportedSensor {
   bool drop_missing(const std::vector<Bound>& fields, double t);
   void drop_without_time();
   double after_midnight(double of_day);
+  /// Throws Error if a text is a date whose order is needed and unknown.
+  void require_date_order(const Bound& field, std::string_view text) const;
 
   const ImportSensor& sensor_;
   const ImportMap& map_;
@@ -119,6 +138,8 @@ class ImportedSensor {
   const RecordedRow* current_ = nullptr;  ///< during add()
   LargestAngle angles_;
   PackedTimes packed_times_;
+  SerialDays serial_days_;
+  double unstated_time_ = std::numeric_limits<double>::quiet_NaN();
   double last_of_day_ = 0, midnight_ = 0;  ///< s; see after_midnight()
   int orientation_ = -1;                   ///< first column of an orientation in the world
   std::deque<double> values_;

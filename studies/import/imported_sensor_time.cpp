@@ -1,9 +1,11 @@
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <tandem/lie/error.hpp>
 #include <tandem/studies/import/imported_sensor.hpp>
 #include <tandem/studies/support/text.hpp>
 
@@ -18,9 +20,11 @@ std::string value_text(const RecordedValue& value) {
 }  // namespace
 
 void LargestAngle::note(const std::string& name, const std::string& of_unit, double angle) {
-  // A pitch is within a quarter of a turn, other angles within a turn.
+  // A pitch is within a quarter of a turn, other angles within a turn. A yaw of a stated unit may count turns.
   constexpr double kPi = std::numbers::pi, kRounding = 1e-3;
-  const double most = name == "pitch" ? kPi / 2 : 2 * kPi;
+  constexpr int kTurns = 10;
+  const bool counts_turns = !of_unit.empty() && (name == "yaw" || name == "heading");
+  const double most = name == "pitch" ? kPi / 2 : counts_turns ? kTurns * 2 * kPi : 2 * kPi;
   if (std::abs(angle) <= most + kRounding || std::abs(angle) <= std::abs(value)) return;
   quantity = name;
   unit = of_unit;
@@ -35,17 +39,46 @@ void PackedTimes::note(double number) {
   last_ = number;
 }
 
+void SerialDays::note(double number) {
+  constexpr double kFirst = 36526, kLast = 73051;  // 2000 and 2100
+  possible_ = possible_ && number > kFirst && number < kLast;
+  least_ = count_ == 0 ? number : std::min(least_, number);
+  most_ = count_ == 0 ? number : std::max(most_, number);
+  ++count_;
+}
+
+bool SerialDays::found(double highest_rate) const {
+  constexpr std::size_t kLeast = 3;
+  return possible_ && count_ >= kLeast && (most_ - least_) * highest_rate < static_cast<double>(count_ - 1);
+}
+
 std::vector<std::string> ImportedSensor::findings() const {
   std::vector<std::string> result;
   if (packed_times_.found())
     result.push_back(fmt::format("{0}: the times in {1} look like hhmmss; give time: {{field: {1}, unit: hhmmss}}",
                                  sensor_.name, time_.field.field));
+  constexpr double kHighestRate = 200, kHighestImuRate = 20000;  // Hz
+  if (serial_days_.found(sensor_.type->name == "imu" ? kHighestImuRate : kHighestRate))
+    result.push_back(
+        fmt::format("{0}: the times in {1} look like days since 1899-12-30, as spreadsheets count; give time: {{field: "
+                    "{1}, unit: days, offset: -2209161600}}",
+                    sensor_.name, time_.field.field));
   if (angles_.value == 0) return result;
-  const bool stated = !angles_.unit.empty();
+  const auto unit = find_unit(angles_.unit);
+  const bool stated = unit && unit->factor > 0;
   result.push_back(
-      fmt::format("{}: {} reaches {:.4g} rad; {}", sensor_.name, angles_.quantity, angles_.value,
-                  stated ? fmt::format("is its unit {}?", angles_.unit) : "is it in degrees (FIELD [deg])?"));
+      fmt::format("{}: {} reaches {:.4g} {}; {}", sensor_.name, angles_.quantity,
+                  angles_.value / (stated ? unit->factor : 1), stated ? unit->name : "rad",
+                  stated ? fmt::format("is its unit {}?", unit->name) : "is it in degrees (FIELD [deg])?"));
   return result;
+}
+
+void ImportedSensor::require_date_order(const Bound& field, std::string_view text) const {
+  if (sensor_.time.date_order != DateOrder::unknown || !day_and_month(text)) return;
+  throw Error(
+      fmt::format("{}: {} has the date {}, whose order of day and month is not stated; give tables: {{date_order: "
+                  "dmy}} (day/month/year) or mdy in the map",
+                  sensor_.stream, field.field.field, quote(text)));
 }
 
 /// Returns a time of day plus the days since the first row. A step back by more than half a day is a midnight.
@@ -63,13 +96,16 @@ std::optional<double> ImportedSensor::time(const RecordedRow& row) {
     const RecordedValue* recorded =
         time_.field.field.empty() || time_.field.field == kReceiveTime ? nullptr : &row.values[time_.index];
     if (recorded && !recorded->text.empty()) {
-      const auto parsed = parse_time_text(recorded->text);
+      const auto parsed = parse_time_text(recorded->text, time.date_order);
+      if (!parsed) require_date_order(time_, recorded->text);
       if (!parsed) return {};
       t = *parsed;
     } else {
       t = value(time_, row);
       if (recorded && time_.field.unit.empty()) {
         packed_times_.note(t);
+        serial_days_.note(t);
+        if (!(unstated_time_ >= t)) unstated_time_ = t;
         t = seconds_by_magnitude(t);
       }
     }
@@ -80,7 +116,9 @@ std::optional<double> ImportedSensor::time(const RecordedRow& row) {
     if (time.gps) t += kGpsEpoch - time.leap_seconds;
     t += time.date;
     if (!time.date_field.empty()) {
-      const auto date = recorded_date(row.values[date_.index].number, row.values[date_.index].text);
+      const RecordedValue& day = row.values[date_.index];
+      const auto date = recorded_date(day.number, day.text, time.date_order);
+      if (!date) require_date_order(date_, day.text);
       if (!date) return {};
       t += *date;
     }
@@ -126,7 +164,10 @@ void ImportedSensor::drop_without_time() {
   };
   std::string detail = time.receive ? "" : of_field(time_.field.field, time_.index);
   if (!time.receive && !time.date_field.empty()) detail += ", " + of_field(time.date_field, date_.index);
-  drop("no time", current_->received, detail);
+  if (time.receive && std::isnan(current_->received))
+    drop("no receive time, since the recording has none (give time: FIELD)", current_->received);
+  else
+    drop("no time", current_->received, detail);
 }
 
 }  // namespace tandem

@@ -12,7 +12,9 @@ struct KnownMessage {
 
 // ROS messages follow REP 103 (ENU, FLU), ArduPilot and PX4 NED and FRD. The headings of NMEA are clockwise from north.
 // Poses and points are those of the target relative to the chaser, and twists are along the chaser's axes. Rows whose
-// `frame` is one of the world are dropped. Of several rules for a type, the first one whose field exists applies.
+// `frame` is one of the world are dropped. The z axis of a marine_acoustic_msgs/Dvl points where the DVL looks: down.
+// Its velocity_mode is 1 for the velocity over ground and 2 for that through the water. Of several rules for a type, the
+// first one whose field exists applies.
 constexpr KnownMessage kMessages[] = {
     {"sensor_msgs/Imu", R"({type: imu, axes: FLU, fields: {
   acceleration: [linear_acceleration.x, linear_acceleration.y, linear_acceleration.z],
@@ -45,7 +47,7 @@ constexpr KnownMessage kMessages[] = {
     {"geometry_msgs/TwistWithCovarianceStamped", R"({type: dvl, axes: FLU, frame: header.frame_id,
   fields: {velocity: [twist.twist.linear.x, twist.twist.linear.y, twist.twist.linear.z]},
   covariance: ["twist.covariance[0]", "twist.covariance[7]", "twist.covariance[14]"]})"},
-    {"marine_acoustic_msgs/Dvl", R"({type: dvl, axes: FLU, where: [num_good_beams >= 3],
+    {"marine_acoustic_msgs/Dvl", R"({type: dvl, axes: FRD, where: [velocity_mode = 1, num_good_beams >= 3],
   fields: {velocity: [velocity.x, velocity.y, velocity.z]},
   covariance: ["velocity_covar[0]", "velocity_covar[4]", "velocity_covar[8]"]})"},
     {"NMEA/GGA", R"({type: gps, where: [quality > 0],
@@ -59,10 +61,10 @@ constexpr KnownMessage kMessages[] = {
   covariance: ["covariance[0][0]", "covariance[1][1]", "covariance[2][2]"]})"},
     {"WaterLinked/position_local", R"({type: odometry, axes: NED-FRD, fields: {position: [x, y, z],
   roll: "roll [deg]", pitch: "pitch [deg]", yaw: "yaw [deg]"}})"},
-    {"ArduPilot/IMU", R"({type: imu, axes: FRD, where: [I = 0], fields: {acceleration: [AccX, AccY, AccZ],
+    {"ArduPilot/IMU", R"({type: imu, axes: FRD, fields: {acceleration: [AccX, AccY, AccZ],
   angular_rate: [GyrX, GyrY, GyrZ]}})"},
     {"ArduPilot/GPS",
-     R"({type: gps, where: [I = 0, Status >= 3], fields: {latitude: "Lat [deg]", longitude: "Lng [deg]",
+     R"({type: gps, where: [Status >= 3], fields: {latitude: "Lat [deg]", longitude: "Lng [deg]",
   height: Alt}})"},
     {"ArduPilot/ATT", R"({type: heading, axes: NED-FRD, fields: {roll: "Roll [deg]", pitch: "Pitch [deg]",
   yaw: "Yaw [deg]"}})"},

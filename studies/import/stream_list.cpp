@@ -20,23 +20,25 @@ double rate_of(const RecordedStream& s) {
 /// Returns the fields on few lines: arrays are shown by their number of elements.
 std::string fields_text(const RecordedStream& stream) {
   std::vector<std::pair<std::string, std::size_t>> names;  // name without its last index, and number of elements
+  std::map<std::string, std::size_t> arrays;               // index of each array; later rows may have added elements
   std::vector<std::string> units;
   for (const RecordedField& field : stream.fields) {
     std::string name = field.name;
-    const bool element = name.ends_with(']') && name.find('[') != std::string::npos &&
+    const bool element = name.ends_with(']') && !name.ends_with("[]") && name.find('[') != std::string::npos &&
                          name.find_first_not_of("0123456789", name.rfind('[') + 1) == name.size() - 1;
     if (element) name.resize(name.rfind('['));
-    if (element && !names.empty() && names.back().first == name) {
-      ++names.back().second;
+    if (const auto array = arrays.find(name); element && array != arrays.end()) {
+      ++names[array->second].second;
       continue;
     }
+    if (element) arrays[name] = names.size();
     names.emplace_back(name, element ? 1 : 0);
     units.push_back(field.unit);
   }
   std::vector<std::string> texts;
   for (std::size_t i = 0; i < names.size(); ++i) {
     const auto& [name, count] = names[i];
-    std::string text = count > 0 ? fmt::format("{}[0..{}]", name, count - 1) : name;
+    std::string text = count > 1 ? fmt::format("{}[0..{}]", name, count - 1) : count == 1 ? name + "[0]" : name;
     const bool stated = !units[i].empty() && name.find(units[i]) == std::string::npos;
     texts.push_back(stated ? fmt::format("{} ({})", text, units[i]) : text);
   }

@@ -53,9 +53,9 @@ constexpr std::pair<std::string_view, std::string_view> kDefinitions[] = {
      "float64[9] position_covariance\nuint8 position_covariance_type\n"},
     {"marine_acoustic_msgs/Dvl",
      "std_msgs/Header header\nuint8 velocity_mode\nuint8 dvl_type\ngeometry_msgs/Vector3 velocity\n"
-     "float64[9] velocity_covar\nfloat64 altitude\nfloat64 course_gnd\nfloat64 speed_gnd\nfloat64 sound_speed\n"
-     "bool beam_ranges_valid\nbool beam_velocities_valid\nint16 num_good_beams\n"
-     "geometry_msgs/Vector3[4] beam_unit_vec\nfloat32[4] range\nfloat32[4] range_covar\nfloat32[4] beam_quality\n"
+     "float64[9] velocity_covar\nfloat64 altitude\nfloat64 course_gnd\nfloat64 speed_gnd\nuint8 num_good_beams\n"
+     "float32 sound_speed\nbool beam_ranges_valid\nbool beam_velocities_valid\n"
+     "geometry_msgs/Vector3[4] beam_unit_vec\nfloat64[4] range\nfloat32[4] range_covar\nfloat32[4] beam_quality\n"
      "float32[4] beam_velocity\nfloat32[4] beam_velocity_covar\n"},
 };
 

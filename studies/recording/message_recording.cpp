@@ -55,6 +55,13 @@ void MessageRecording::count(std::size_t topic, double received) {
   if (!(stream.last >= received)) stream.last = received;
 }
 
+void MessageRecording::reset_counts() {
+  for (RecordedStream& stream : streams_) {
+    stream.rows = 0;
+    stream.first = stream.last = std::nan("");
+  }
+}
+
 void MessageRecording::receive(std::size_t topic, double received, std::string_view bytes) {
   if (encodings_[topic] == MessageEncoding::cdr && is_zstd(bytes)) {  // no header of CDR begins like this
     if (const std::string why = decompress_message(bytes, decompressed_); !why.empty()) {

@@ -27,6 +27,8 @@ class MessageRecording : public Recording {
   std::size_t topic_index(const std::string& topic, const std::string& type) const;
   /// Counts a message of a topic: its number of rows and its span.
   void count(std::size_t topic, double received);
+  /// Sets the numbers of rows to 0.
+  void reset_counts();
   /// Passes on a message of a wanted topic, which may be compressed (rosbag2's compression mode MESSAGE).
   void receive(std::size_t topic, double received, std::string_view bytes);
   bool is_wanted(std::size_t topic) const { return !consumers_[topic].empty(); }

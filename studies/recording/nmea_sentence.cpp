@@ -97,7 +97,9 @@ RecordedValue nmea_value(const NmeaParts& parts, const NmeaField& field) {
     case NmeaPart::true_heading: {
       const double deviation = side(parts, 3) * nmea_number(parts, 2);
       const double magnetic = n + (std::isnan(deviation) ? 0 : deviation);
-      return {field.kind == NmeaPart::magnetic_heading ? magnetic : magnetic + side(parts, 5) * nmea_number(parts, 4)};
+      const double variation = field.kind == NmeaPart::true_heading ? side(parts, 5) * nmea_number(parts, 4) : 0;
+      const double turned = std::fmod(magnetic + variation, 360);
+      return {turned < 0 ? turned + 360 : turned};
     }
   }
   return {};

@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <array>
 #include <map>
 #include <optional>
@@ -92,14 +93,16 @@ class DataflashRecording : public LogRecording {
     format_ = "ArduPilot log";
     read_descriptions();
     count_rows();
-    std::erase_if(described_, [&](const auto& entry) { return streams_[entry.second.stream].rows == 0; });
+    std::erase_if(described_, [&](const auto& entry) {
+      return streams_[entry.second.stream].rows == 0 && entry.second.of_instances.empty();
+    });
   }
 
  protected:
   void scan(const std::function<void()>& stop) override {
     each_message(stop, [&](unsigned char type, std::string_view body) {
       if (const auto described = described_.find(type); described != described_.end())
-        receive(described->second.stream, body);
+        receive(stream_of(described->second, body), body);
     });
   }
 
@@ -111,8 +114,29 @@ class DataflashRecording : public LogRecording {
     std::size_t size = 0;
   };
   struct Described {
-    std::size_t stream;
+    std::size_t stream = 0;
+    std::shared_ptr<const MessageType> type{};
+    std::string time_field{};
+    std::unique_ptr<MessageDecoder> instance{};           ///< of the member I; null if there is none
+    std::map<unsigned char, std::size_t> of_instances{};  ///< streams of the instances after the first
   };
+
+  /// Returns the stream of a message: "GPS" for the first receiver (I = 0), "GPS.1" for the next one.
+  std::size_t stream_of(Described& described, std::string_view body) {
+    if (!described.instance) return described.stream;
+    double number = 0;
+    try {
+      number = described.instance->decode(body)[0].number;
+    } catch (const OutOfBytes&) {  // receive() counts it
+    }
+    if (!(number > 0)) return described.stream;
+    const auto [at, added] = described.of_instances.try_emplace(static_cast<unsigned char>(number));
+    if (added) {
+      const std::string name = fmt::format("{}.{}", described.type->name, number);
+      at->second = add_stream(name, "ArduPilot/" + described.type->name, described.type, described.time_field);
+    }
+    return at->second;
+  }
 
   /// Calls f(type, body) for each message. Resynchronises after damaged bytes and counts them.
   template <class F>
@@ -215,7 +239,15 @@ class DataflashRecording : public LogRecording {
       }
       type->members.push_back(std::move(*member));
     }
-    described_[id] = {add_stream(format.name, "ArduPilot/" + format.name, type, time_field)};
+    Described& described = described_[id];
+    described.stream = add_stream(format.name, "ArduPilot/" + format.name, type, time_field);
+    described.type = type;
+    described.time_field = time_field;
+    const auto instance = std::find_if(type->members.begin(), type->members.end(), [](const MessageMember& m) {
+      return m.name == "I" && m.type == Primitive::uint8;
+    });
+    if (instance != type->members.end())
+      described.instance = std::make_unique<MessageDecoder>(type, MessageEncoding::packed, std::vector{instance->name});
   }
 
   FileBytes bytes_;

@@ -9,6 +9,7 @@
 #include <tandem/studies/recording/file_bytes.hpp>
 #include <tandem/studies/recording/message_recording.hpp>
 #include <tandem/studies/recording/recording_formats.hpp>
+#include <tandem/studies/recording/resync.hpp>
 
 namespace tandem {
 namespace {
@@ -56,12 +57,19 @@ class RecordHeader {
 };
 
 /// A ROS 1 bag of version 2.0 (https://wiki.ros.org/Bags/Format/2.0). Its index gives topics and counts. If there is no
-/// index, as in an interrupted recording, the chunks give them.
+/// index, as in an interrupted recording, or if the file is damaged, the chunks give them. After a damaged record, reading
+/// goes on at the next bytes that are a record; these may be the messages in a chunk that is not compressed.
 class Rosbag1Recording : public MessageRecording {
  public:
   explicit Rosbag1Recording(const std::filesystem::path& file) : bytes_(file) {
     file_ = file;
     format_ = "ROS 1 bag";
+    scan([] {}, Pass::list);
+    if (!damaged_ || !indexed_) return;
+    reset_counts();
+    early_counts_.clear();
+    chunk_connections_.clear();
+    ignores_index_ = true;
     scan([] {}, Pass::list);
   }
 
@@ -73,37 +81,83 @@ class Rosbag1Recording : public MessageRecording {
 
   void scan(const std::function<void()>& stop, Pass pass) {
     pass_ = pass;
+    record_at_ = content_at_ = kFirstRecord;
+    DamagedPlaces damage;
     std::uint64_t at = kFirstRecord;
     while (at < bytes_.size()) {
       stop();
       try {
-        at = file_record(at);
+        at = file_record(at, damage);
       } catch (const OutOfBytes&) {
-        add_defect(
-            fmt::format("the file is truncated or corrupted: the record at byte {} does not fit into the file ({} "
-                        "bytes); all records before are used",
-                        at, bytes_.size()));
-        return;
+        const auto inside = find(content_at_, at, false);  // the length of the record before is too large
+        const auto next = inside ? inside : find(at + 1, bytes_.size(), true);
+        if (!next) {
+          add_truncation(at);
+          break;
+        }
+        damage.add(inside ? record_at_ : at, *next);
+        at = *next;
       }
     }
+    damaged_ |= damage.any();
+    if (damage.any()) add_defect(damage.sentence());
+  }
+
+  void add_truncation(std::uint64_t at) {
+    add_defect(
+        fmt::format("the file is truncated or corrupted: the record at byte {} does not fit into the file ({} "
+                    "bytes); all records before are used",
+                    at, bytes_.size()));
+  }
+
+  /// Returns the first record in [from, end). `any`: also one of those that are in chunks.
+  std::optional<std::uint64_t> find(std::uint64_t from, std::uint64_t end, bool any) {
+    constexpr std::uint32_t kMostHeader = 1 << 16;
+    return find_record(
+        bytes_, from, end, 8,
+        [](std::string_view head) {
+          if (head.size() < 8) return false;
+          ByteReader in(head);
+          const std::uint32_t size = in.u32(), field = in.u32();
+          return size <= kMostHeader && field > 2 && field + 4 <= size;
+        },
+        [&](std::uint64_t at) {
+          const std::uint32_t size = ByteReader(bytes_.read(at, 4)).u32();
+          const std::string text(bytes_.read(at + 4, size));
+          const RecordHeader header(text);
+          const std::uint32_t content = ByteReader(bytes_.read(at + 4 + size, 4)).u32();
+          const unsigned char operation = header.operation();
+          const bool in_chunk = operation == kMessageData || operation == kConnection;
+          const bool known = operation == kIndexData || operation == kBagChunk || operation == kChunkInfo;
+          return (known || (any && in_chunk)) && (operation == kBagChunk || content <= bytes_.size() - at - 8 - size);
+        });
   }
 
   /// Handles the record of the file at a byte and returns the byte after it.
-  std::uint64_t file_record(std::uint64_t at) {
+  std::uint64_t file_record(std::uint64_t at, DamagedPlaces& damage) {
     const std::uint32_t header_size = ByteReader(bytes_.read(at, 4)).u32();
     const std::string header_bytes(bytes_.read(at + 4, header_size));
     const RecordHeader header(header_bytes);
     const std::uint32_t size = ByteReader(bytes_.read(at + 4 + header_size, 4)).u32();
     const std::uint64_t data_at = at + 8 + header_size;
     if (size > bytes_.size() - data_at) {
-      // A truncated chunk is used up to the end of the file.
-      if (header.operation() == kBagChunk && !skips_chunk(at)) chunk(header, bytes_.read_at_most(data_at, size), at);
-      throw OutOfBytes();
+      if (header.operation() != kBagChunk) throw OutOfBytes();
+      // The length is damaged, or the chunk is truncated. It is used up to the next record, or to the end of the file.
+      const auto next = find(data_at, bytes_.size(), false);
+      if (!skips_chunk(at)) chunk(header, bytes_.read_at_most(data_at, next.value_or(bytes_.size()) - data_at), at);
+      content_at_ = next.value_or(bytes_.size());
+      if (next)
+        damage.add(at, *next);
+      else
+        add_truncation(at);
+      return content_at_;
     }
+    content_at_ = data_at;
+    record_at_ = at;
     switch (header.operation()) {
       case kBagHeader: {
         const auto index = header.number<std::uint64_t>("index_pos");
-        indexed_ = index > 0 && index < bytes_.size();
+        indexed_ = index > 0 && index < bytes_.size() && !ignores_index_;
         break;
       }
       case kBagChunk:
@@ -113,7 +167,7 @@ class Rosbag1Recording : public MessageRecording {
         if (pass_ == Pass::list && indexed_) index_data(header, bytes_.read(data_at, size));
         break;
       case kChunkInfo:
-        if (pass_ == Pass::list) chunk_info(header, bytes_.read(data_at, size));
+        if (pass_ == Pass::list && indexed_) chunk_info(header, bytes_.read(data_at, size));
         break;
       case kConnection:
         connection(header, bytes_.read(data_at, size));
@@ -201,7 +255,8 @@ class Rosbag1Recording : public MessageRecording {
   FileBytes bytes_;
   std::string chunk_;
   Pass pass_ = Pass::list;
-  bool indexed_ = false;
+  bool indexed_ = false, ignores_index_ = false, damaged_ = false;
+  std::uint64_t record_at_ = 0, content_at_ = 0;   ///< the last record that was read, and its content
   std::map<std::uint32_t, std::size_t> topic_of_;  ///< key: ID of the connection
   std::map<std::uint32_t, std::vector<double>> early_counts_;
   std::map<std::uint64_t, std::set<std::uint32_t>> chunk_connections_;  ///< key: position of the chunk [bytes]

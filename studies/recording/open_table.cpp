@@ -1,6 +1,5 @@
 #include <algorithm>
 #include <cmath>
-#include <map>
 #include <utility>
 
 #include <fmt/format.h>
@@ -9,6 +8,7 @@
 #include <tandem/studies/recording/recorded_time.hpp>
 #include <tandem/studies/recording/recorded_units.hpp>
 #include <tandem/studies/recording/recording_formats.hpp>
+#include <tandem/studies/recording/table_cells.hpp>
 #include <tandem/studies/support/input_file.hpp>
 #include <tandem/studies/support/text.hpp>
 
@@ -16,65 +16,8 @@ namespace tandem {
 namespace {
 
 constexpr std::size_t kProbedLines = 50;
-constexpr int kLinesPerStop = 4096;  // lines between two calls of `stop`
-
-/// Splits lines of a table into cells. Cells may be quoted (RFC 4180).
-class CellSplitter {
- public:
-  explicit CellSplitter(char delimiter) : delimiter_(delimiter) {}
-
-  void split(std::string_view line, std::vector<std::string_view>& cells) {
-    if (delimiter_ == ' ') {
-      words(line, cells);
-      return;
-    }
-    if (line.find('"') == std::string_view::npos) {
-      tandem::split(line, delimiter_, cells);
-      return;
-    }
-    cells.clear();
-    storage_.clear();
-    storage_.reserve(line.size() + 1);  // cells point into it
-    std::size_t begin = 0;
-    bool quoted = false;
-    const auto end_cell = [&] {
-      cells.push_back(trimmed(std::string_view(storage_).substr(begin)));
-      begin = storage_.size();
-    };
-    for (const char c : line)
-      if (c == '"')
-        quoted = !quoted;
-      else if (c == delimiter_ && !quoted)
-        end_cell();
-      else
-        storage_ += c;
-    end_cell();
-  }
-
- private:
-  char delimiter_;
-  std::string storage_;
-};
-
-/// Returns the number of a cell; nan if it is none.
-double number_of(std::string_view cell, bool decimal_comma) {
-  if (decimal_comma && cell.find(',') != std::string_view::npos) {
-    std::string text(cell);
-    std::replace(text.begin(), text.end(), ',', '.');
-    return parse_number(text).value_or(std::numeric_limits<double>::quiet_NaN());
-  }
-  if (!cell.empty() && cell.front() == '+') cell.remove_prefix(1);
-  return parse_number(cell).value_or(std::numeric_limits<double>::quiet_NaN());
-}
-
-bool has_decimal_comma(std::string_view cell) {
-  const std::size_t comma = cell.find(',');
-  if (comma == std::string_view::npos || cell.find(',', comma + 1) != std::string_view::npos) return false;
-  return std::all_of(cell.begin(), cell.end(),
-                     [](char c) { return (c >= '0' && c <= '9') || c == ',' || c == '-' || c == '+'; });
-}
-
-bool is_number(std::string_view cell) { return parse_number(cell).has_value() || has_decimal_comma(cell); }
+constexpr std::size_t kQuotedLines = 100;  // of a quoted cell
+constexpr int kLinesPerStop = 4096;        // lines between two calls of `stop`
 
 class TableRecording : public Recording {
  public:
@@ -84,11 +27,18 @@ class TableRecording : public Recording {
     for (const std::string& text : settings.missing)
       if (const auto number = parse_number(text)) missing_.push_back(*number);
     std::vector<std::string> head;
-    each_line([&](std::string_view line, std::size_t) {
+    std::vector<std::size_t> numbers;
+    each_line([&](std::string_view line, std::size_t number) {
       head.emplace_back(line);
+      numbers.push_back(number);
       return head.size() < kProbedLines;
     });
     if (head.empty()) throw Error(fmt::format("{} has no rows", file.string()));
+    if (const std::size_t first = preamble(head); first > 0) {
+      settings_.skip = numbers[first] - 1;
+      format_ += fmt::format(" (begins at line {}; the lines before it are other text)", numbers[first]);
+      head.erase(head.begin(), head.begin() + static_cast<long>(first));
+    }
     delimiter_ = settings.delimiter.value_or(detect_delimiter(head));
     std::vector<std::string_view> cells;
     CellSplitter splitter(delimiter_);
@@ -123,7 +73,7 @@ class TableRecording : public Recording {
       if (++lines % kLinesPerStop == 0) stop();
       splitter.split(line, cells);
       widest_ = std::max(widest_, cells.size());
-      if (has_open_quote(line)) add_open_quote(number);
+      if (delimiter_ != ' ' && ends_in_quotes(line)) add_open_quote(number);
       for (std::size_t r = 0; r < requests.size(); ++r) {
         values.clear();
         for (const std::size_t index : indices[r])
@@ -135,16 +85,10 @@ class TableRecording : public Recording {
   }
 
  private:
-  bool has_open_quote(std::string_view line) const {
-    return delimiter_ != ' ' && std::count(line.begin(), line.end(), '"') % 2 != 0;
-  }
-
   void add_open_quote(std::size_t line) {
     if (std::exchange(open_quote_, true)) return;
-    add_defect(
-        fmt::format("line {}: a quoted cell is not closed; cells with line breaks are not supported, and each "
-                    "line is read as a row",
-                    line));
+    add_defect(fmt::format("line {}: a quoted cell is not closed within {} lines; each line is read as a row", line,
+                           kQuotedLines));
   }
 
   /// Returns the last comment before the first row, without its characters for comments.
@@ -163,15 +107,33 @@ class TableRecording : public Recording {
     return comment;
   }
 
+  /// Appends the lines in which a quoted cell goes on, and returns their number; none if it is not closed soon.
+  static std::size_t join_quoted(InputFile& stream, std::string& line) {
+    const auto after = stream.tellg();
+    std::string joined = line, more;
+    for (std::size_t n = 1; n <= kQuotedLines && std::getline(stream, more); ++n) {
+      joined += '\n' + more;
+      if (ends_in_quotes(joined)) continue;
+      line = std::move(joined);
+      return n;
+    }
+    stream.clear();
+    stream.seekg(after);
+    return 0;
+  }
+
   /// Calls f(line, number) for each line of the table, without comments and empty lines, until it returns false.
   template <class F>
   void each_line(F f) const {
     InputFile stream(file_);
     std::string line;
-    std::size_t number = 0;
+    std::size_t number = 0, next = 0;
     while (std::getline(stream, line)) {
+      number = ++next;
+      if (delimiter_ != ' ' && line.find('"') != std::string::npos && ends_in_quotes(line))
+        next += join_quoted(stream, line);
       std::string_view text = line;
-      if (number++ == 0 && text.starts_with("\xEF\xBB\xBF")) text.remove_prefix(3);
+      if (number == 1 && text.starts_with("\xEF\xBB\xBF")) text.remove_prefix(3);
       if (number <= settings_.skip) continue;
       while (!text.empty() && (text.back() == '\r' || text.back() == '\0')) text.remove_suffix(1);
       const std::string_view content = trimmed(text);
@@ -180,28 +142,26 @@ class TableRecording : public Recording {
     }
   }
 
-  /// Returns the delimiter that splits most lines into the same number of cells, the largest such number.
-  static char detect_delimiter(const std::vector<std::string>& head) {
-    char best = ',';
-    std::pair<std::size_t, std::size_t> best_score{0, 0};
-    for (const char delimiter : {'\t', ';', '|', ',', ' '}) {
-      CellSplitter splitter(delimiter);
-      std::map<std::size_t, std::size_t> counts;
-      std::vector<std::string_view> cells;
-      for (const std::string& line : head) {
-        splitter.split(line, cells);
-        ++counts[cells.size()];
-      }
-      const auto most = std::max_element(counts.begin(), counts.end(),
-                                         [](const auto& a, const auto& b) { return a.second < b.second; });
-      if (most->first < 2) continue;
-      const std::pair score{most->second, delimiter == ',' || delimiter == ' ' ? std::size_t(0) : most->first};
-      if (score > best_score) {
-        best_score = score;
-        best = delimiter;
-      }
+  /// Returns the number of lines before the header: the first line without numbers that has as many cells as most lines
+  /// after it. Returns 0 if the first line is one, or if there is none.
+  std::size_t preamble(const std::vector<std::string>& head) const {
+    if (settings_.skip > 0 || settings_.header) return 0;
+    const char delimiter = settings_.delimiter.value_or(detect_delimiter(head));
+    const std::size_t usual = usual_cells(head, delimiter);
+    CellSplitter splitter(delimiter);
+    std::vector<std::string_view> cells;
+    std::vector<std::size_t> counts;
+    std::optional<std::size_t> first;
+    for (std::size_t i = 0; i < head.size(); ++i) {
+      splitter.split(head[i], cells);
+      counts.push_back(cells.size());
+      if (first || cells.size() != usual) continue;
+      if (usual < 2 || i == 0 || !detect_header(cells)) return 0;
+      first = i;
     }
-    return best;
+    if (!first) return 0;
+    const auto same = std::count(counts.begin() + static_cast<long>(*first), counts.end(), usual);
+    return 2 * static_cast<std::size_t>(same) > head.size() - *first && same > 1 ? *first : 0;
   }
 
   void detect_decimal_comma(const std::vector<std::string>& head, CellSplitter& splitter) {
@@ -220,8 +180,10 @@ class TableRecording : public Recording {
   }
 
   static bool detect_header(const std::vector<std::string_view>& cells) {
-    return std::none_of(cells.begin(), cells.end(), is_number) &&
-           std::none_of(cells.begin(), cells.end(), [](std::string_view c) { return parse_time_text(c).has_value(); });
+    return std::none_of(cells.begin(), cells.end(), is_number_cell) &&
+           std::none_of(cells.begin(), cells.end(), [](std::string_view c) {
+             return parse_time_text(c).has_value() || day_and_month(c).has_value();
+           });
   }
 
   /// Adds the stream. `names` is empty if the table has no header.
@@ -233,7 +195,7 @@ class TableRecording : public Recording {
       std::string name(trimmed(cell));
       const std::string unit = unit_in_name(name);
       if (name.empty()) name = fmt::format("{}", column);
-      if (find_field(stream, name)) {
+      if (std::any_of(stream.fields.begin(), stream.fields.end(), [&](const auto& f) { return f.name == name; })) {
         if (std::find(repeated.begin(), repeated.end(), name) == repeated.end()) repeated.push_back(name);
         name += fmt::format(" (column {})", column);
       }
@@ -244,6 +206,7 @@ class TableRecording : public Recording {
           fmt::format("the header repeats {}; the name stands for the first of these columns, and the number of a "
                       "column for each",
                       listed(repeated)));
+    set_date_order(stream);
     set_time_fields(stream);
     streams_.push_back(std::move(stream));
     count_rows();
@@ -281,6 +244,30 @@ class TableRecording : public Recording {
     stream.date_field = date;
   }
 
+  /// Sets the order of day and month: a value above 12 anywhere in the table is a day.
+  void set_date_order(RecordedStream& stream) const {
+    stream.date_order = settings_.date_order;
+    if (stream.date_order != DateOrder::unknown) return;
+    bool any = false, first = false, second = false;
+    std::size_t lines = 0;
+    CellSplitter splitter(delimiter_);
+    std::vector<std::string_view> cells;
+    each_line([&](std::string_view line, std::size_t) {
+      splitter.split(line, cells);
+      for (const std::string_view cell : cells)
+        if (const auto date = day_and_month(cell)) {
+          any = true;
+          first |= date->first > 12;
+          second |= date->second > 12;
+        }
+      return any || ++lines < kProbedLines;
+    });
+    if (first == second) return;
+    stream.date_order = first ? DateOrder::dmy : DateOrder::mdy;
+    stream.time_note =
+        fmt::format("dates are {}, since a value above 12 is a day", first ? "day/month/year" : "month/day/year");
+  }
+
   /// Returns whether the first row has a date in one field and a time of day in another.
   bool first_row_has(const std::string& date_field, const std::string& time_field, const RecordedStream& stream) const {
     const std::vector<std::size_t> indices = field_indices(stream, {date_field, time_field});
@@ -292,7 +279,8 @@ class TableRecording : public Recording {
       splitter.split(line, cells);
       if (std::max(indices[0], indices[1]) >= cells.size()) return true;
       const RecordedValue date = value(cells[indices[0]]);
-      const auto day = recorded_date(date.number, date.text), time = parse_time_text(cells[indices[1]]);
+      const auto day = recorded_date(date.number, date.text, stream.date_order),
+                 time = parse_time_text(cells[indices[1]]);
       result = day && std::fmod(*day, kSecondsPerDay) == 0 && *day >= kSecondsPerDay && time && *time <= kSecondsPerDay;
       return false;
     });
@@ -302,8 +290,10 @@ class TableRecording : public Recording {
   void count_rows() {
     RecordedStream& stream = streams_[0];
     double factor = 1;
+    bool has_unit = false;
     if (!stream.time_field.empty()) {
       const RecordedField& field = stream.fields[field_indices(stream, {stream.time_field})[0]];
+      has_unit = !field.unit.empty();
       if (const auto unit = find_unit(field.unit); unit && unit->quantity == Quantity::time && unit->factor > 0)
         factor = unit->factor;
     }
@@ -314,9 +304,11 @@ class TableRecording : public Recording {
       ++stream.rows;
       if (row.values.empty()) return;
       const RecordedValue& v = row.values[0];
-      double t = v.text.empty() ? v.number * factor : parse_time_text(v.text).value_or(v.number);
+      double t = v.text.empty() ? v.number * factor : parse_time_text(v.text, stream.date_order).value_or(v.number);
+      if (v.text.empty() && !has_unit) t = seconds_by_magnitude(t);
       if (row.values.size() > 1)
-        t += recorded_date(row.values[1].number, row.values[1].text).value_or(std::numeric_limits<double>::quiet_NaN());
+        t += recorded_date(row.values[1].number, row.values[1].text, stream.date_order)
+                 .value_or(std::numeric_limits<double>::quiet_NaN());
       if (!(stream.first <= t)) stream.first = t;
       if (!(stream.last >= t)) stream.last = t;
     };
@@ -339,7 +331,7 @@ class TableRecording : public Recording {
     if (cell.size() > 1 && cell.front() == '\'' && cell.back() == '\'') cell = cell.substr(1, cell.size() - 2);
     for (const std::string& missing : settings_.missing)
       if (cell == missing) return {};
-    const double number = number_of(cell, decimal_comma_);
+    const double number = cell_number(cell, decimal_comma_);
     if (std::find(missing_.begin(), missing_.end(), number) != missing_.end()) return {};
     return {number, number == number ? std::string_view() : cell};
   }

@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <map>
 
 #include <fmt/format.h>
@@ -7,6 +8,7 @@
 #include <tandem/studies/recording/file_bytes.hpp>
 #include <tandem/studies/recording/log_recording.hpp>
 #include <tandem/studies/recording/recording_formats.hpp>
+#include <tandem/studies/recording/resync.hpp>
 #include <tandem/studies/support/text.hpp>
 
 namespace tandem {
@@ -15,8 +17,11 @@ namespace {
 constexpr std::uint64_t kFirstMessage = 16;  // after magic, version and start time
 constexpr std::uint64_t kUlogHead = 3;       // size and type
 constexpr int kMaxNesting = 8;
+constexpr std::string_view kTypes = "FADOBIMPQRLCS";
+constexpr std::string_view kSync = "\x2F\x73\x13\x20\x25\x0C\xBB\x12";
 
-/// A log of PX4 (https://docs.px4.io/main/en/dev_log/ulog_file_format.html).
+/// A log of PX4 (https://docs.px4.io/main/en/dev_log/ulog_file_format.html). After damaged bytes, reading goes on where
+/// several messages follow each other.
 class UlogRecording : public LogRecording {
  public:
   explicit UlogRecording(const std::filesystem::path& file) : bytes_(file) {
@@ -27,7 +32,8 @@ class UlogRecording : public LogRecording {
 
  protected:
   void scan(const std::function<void()>& stop) override {
-    std::uint64_t at = kFirstMessage;
+    DamagedPlaces damage;
+    std::uint64_t at = kFirstMessage, before = at, content = at;
     while (at < bytes_.size()) {
       stop();
       try {
@@ -35,20 +41,82 @@ class UlogRecording : public LogRecording {
         const std::uint16_t size = head.u16();
         const char type = static_cast<char>(head.u8());
         ByteReader in(bytes_.read(at + kUlogHead, size));
-        if (!message(type, in)) {
-          add_defect(fmt::format("the log is damaged at byte {}: unknown message type {}; all before are used", at,
-                                 static_cast<int>(static_cast<unsigned char>(type))));
-          return;
+        if (message(type, in)) {
+          before = at;
+          content = at + kUlogHead;
+          at = content + size;
+          continue;
         }
-        at += kUlogHead + size;
       } catch (const OutOfBytes&) {
-        add_defect(fmt::format("the log is truncated: the message at byte {} is incomplete; all before are used", at));
-        return;
       }
+      const auto next = find(content, at);  // there is one before `at` if the length of the message before is too large
+      if (!next) {
+        add_defect(fmt::format(
+            "the log is truncated or damaged: the message at byte {} is incomplete; all before are used", at));
+        break;
+      }
+      damage.add(*next < at ? before : at, *next);
+      at = *next;
     }
+    if (damage.any()) add_defect(damage.sentence());
   }
 
  private:
+  /// Returns the first byte from `from` on, other than `damaged`, at which several messages follow each other.
+  std::optional<std::uint64_t> find(std::uint64_t from, std::uint64_t damaged) {
+    constexpr int kFollowing = 3;
+    return find_record(
+        bytes_, from, bytes_.size(), kUlogHead,
+        [](std::string_view head) { return head.size() > 2 && kTypes.find(head[2]) != std::string_view::npos; },
+        [&](std::uint64_t at) {
+          if (at == damaged) return false;
+          for (int i = 0; i < kFollowing && (i == 0 || at < bytes_.size()); ++i) {
+            ByteReader head(bytes_.read(at, kUlogHead));
+            const std::uint16_t size = head.u16();
+            const char type = static_cast<char>(head.u8());
+            if (!is_message(type, ByteReader(bytes_.read(at + kUlogHead, size)))) return false;
+            at += kUlogHead + size;
+          }
+          return true;
+        });
+  }
+
+  /// Returns whether bytes are the content of a message. Throws OutOfBytes if they are too short.
+  bool is_message(char type, ByteReader in) const {
+    switch (type) {
+      case 'D':
+        return stream_of_.contains(in.u16());
+      case 'A':
+        in.skip(3);  // instance and ID
+        return formats_.contains(std::string(in.take(in.remaining())));
+      case 'O':
+      case 'R':
+        return in.remaining() == 2;
+      case 'S':
+        return in.take(8) == kSync && in.empty();
+      case 'F':
+        return in.take(in.remaining()).find(':') != std::string_view::npos;
+      case 'L':
+      case 'C': {
+        const char level = static_cast<char>(in.u8());
+        return level >= '0' && level <= '7';
+      }
+      case 'B':
+        return in.remaining() == 40;
+      case 'M':
+      case 'Q':
+        in.skip(1);
+        [[fallthrough]];
+      case 'I':
+      case 'P': {
+        const std::string_view key = in.take(in.u8());
+        return std::all_of(key.begin(), key.end(), [](char c) { return c >= ' ' && c <= '~'; }) && key.size() > 2;
+      }
+      default:
+        return false;
+    }
+  }
+
   bool message(char type, ByteReader& in) {
     switch (type) {
       case 'F':
@@ -66,7 +134,7 @@ class UlogRecording : public LogRecording {
         if (lists()) report_dropouts();
         return true;
       default:
-        return std::string_view("BIMPQRLCS").find(type) != std::string_view::npos;
+        return kTypes.find(type) != std::string_view::npos;
     }
   }
 

@@ -1,3 +1,5 @@
+#include <algorithm>
+#include <cctype>
 #include <cmath>
 
 #include <fmt/format.h>
@@ -24,9 +26,18 @@ bool take(std::string_view& text, std::string_view any_of) {
   return true;
 }
 
-/// Reads HH:MM:SS, or HHMMSS if `packed`, with an optional fraction.
+void skip_blanks(std::string_view& text) { text.remove_prefix(std::min(text.find_first_not_of(' '), text.size())); }
+
+/// Removes a word in any case from the front of a text.
+bool take_word(std::string_view& text, std::string_view word) {
+  if (lower_case(text.substr(0, word.size())) != word) return false;
+  text.remove_prefix(word.size());
+  return true;
+}
+
+/// Reads HH:MM:SS, or HHMMSS if `packed`, with an optional fraction, and AM or PM.
 std::optional<double> time_of_day(std::string_view& text, bool packed = false) {
-  const auto hour = digits(text, packed ? 2 : 1, 2);
+  auto hour = digits(text, packed ? 2 : 1, 2);
   if (!hour || (!packed && !take(text, ":"))) return {};
   const auto minute = digits(text, 2, 2);
   if (!minute) return {};
@@ -41,6 +52,14 @@ std::optional<double> time_of_day(std::string_view& text, bool packed = false) {
         seconds += scale * (text.front() - '0');
     }
   }
+  std::string_view rest = text;
+  skip_blanks(rest);
+  const bool am = take_word(rest, "am"), pm = !am && take_word(rest, "pm");
+  if (am || pm) {
+    if (*hour < 1 || *hour > 12) return {};
+    hour = *hour % 12 + (pm ? 12 : 0);
+    text = rest;
+  }
   if (*hour > 24 || *minute > 59 || seconds >= 61) return {};
   return *hour * 3600.0 + *minute * 60.0 + seconds;
 }
@@ -49,10 +68,23 @@ struct Date {
   int year, month, day;
 };
 
-/// Reads YYYY-MM-DD, YYYY/MM/DD, YYYY.MM.DD, DD.MM.YYYY, or YYYYMMDD before a T (then `packed` is set).
-std::optional<Date> date(std::string_view& text, bool& packed) {
+/// Reads a number of month or a name of at least three letters.
+std::optional<int> month_of(std::string_view& text, bool& named) {
+  constexpr std::string_view kMonths = "janfebmaraprmayjunjulaugsepoctnovdec";
+  named = false;
+  if (const auto number = digits(text, 1, 2)) return number;
+  const std::size_t at = text.size() < 3 ? std::string_view::npos : kMonths.find(lower_case(text.substr(0, 3)));
+  if (at == std::string_view::npos || at % 3 != 0) return {};
+  named = true;
+  while (!text.empty() && std::isalpha(static_cast<unsigned char>(text.front()))) text.remove_prefix(1);
+  return static_cast<int>(at / 3) + 1;
+}
+
+/// Reads YYYY-MM-DD, YYYY/MM/DD, YYYY.MM.DD, YYYYMMDD (then `packed` is set), DD.MM.YYYY, DD-Mon-YYYY, and, in the given
+/// order, DD/MM/YYYY and MM/DD/YYYY (also with "-").
+std::optional<Date> date(std::string_view& text, bool& packed, DateOrder order) {
   const std::string_view all = text;
-  packed = text.size() > 8 && text[8] == 'T';
+  packed = text.size() >= 8 && text.substr(0, 8).find_first_not_of("0123456789") == std::string_view::npos;
   if (const auto year = digits(text, 4, 4); year && (packed || take(text, "-/."))) {
     const auto month = digits(text, packed ? 2 : 1, 2);
     if (!month || (!packed && !take(text, "-/."))) return {};
@@ -61,12 +93,27 @@ std::optional<Date> date(std::string_view& text, bool& packed) {
   }
   text = all;
   packed = false;
-  const auto day = digits(text, 1, 2);
-  if (!day || !take(text, ".")) return {};
-  const auto month = digits(text, 1, 2);
-  if (!month || !take(text, ".")) return {};
+  const auto first = digits(text, 1, 2);
+  if (!first || text.empty()) return {};
+  const char separator = text.front();
+  bool named = false;
+  if (!take(text, "./- ")) return {};
+  const auto second = month_of(text, named);
+  if (!second || !take(text, {&separator, 1})) return {};
   const auto year = digits(text, 4, 4);
-  return year ? std::optional(Date{*year, *month, *day}) : std::nullopt;
+  if (!year) return {};
+  if (named || separator == '.' || (order == DateOrder::dmy && separator != ' ')) return Date{*year, *second, *first};
+  if (order == DateOrder::mdy && separator != ' ') return Date{*year, *first, *second};
+  return {};
+}
+
+/// Returns the seconds of a number YYYYMMDDhhmmss, or nothing.
+std::optional<double> packed_date(double number) {
+  constexpr double kFirst = 19700101000000, kLast = 21001231235960;
+  if (!(number >= kFirst && number <= kLast)) return {};
+  const double day = std::floor(number / 1e6), of_day = packed_time_of_day(number - 1e6 * day);
+  const auto date = recorded_date(day, "");
+  return date && !std::isnan(of_day) ? std::optional(*date + of_day) : std::nullopt;
 }
 
 }  // namespace
@@ -79,22 +126,28 @@ long days_since_1970(int year, int month, int day) {  // Hinnant, "chrono-compat
   return era * 146097 + of_era * 365 + of_era / 4 - of_era / 100 + of_year - 719468;
 }
 
-std::optional<double> parse_time_text(std::string_view text) {
+std::optional<double> parse_time_text(std::string_view text, DateOrder order) {
   text = trimmed(text);
+  for (const std::string_view utc : {"utc", "gmt"})
+    if (text.size() > utc.size() && lower_case(text.substr(text.size() - utc.size())) == utc)
+      text = trimmed(text.substr(0, text.size() - utc.size()));
   std::string_view rest = text;
   if (const auto of_day = time_of_day(rest); of_day && rest.empty()) return of_day;
   rest = text;
   bool packed = false;
-  const auto day = date(rest, packed);
+  const auto day = date(rest, packed, order);
   if (!day || day->month < 1 || day->month > 12 || day->day < 1 || day->day > 31) return {};
   double t = kSecondsPerDay * static_cast<double>(days_since_1970(day->year, day->month, day->day));
   if (rest.empty()) return t;
-  if (!take(rest, "T t_")) return {};
-  const auto of_day = time_of_day(rest, packed);
+  take(rest, ",");
+  if (!take(rest, "T t_") && !packed) return {};
+  skip_blanks(rest);
+  const auto of_day = time_of_day(rest, packed && rest.find(':') != 2);
   if (!of_day) return {};
   t += *of_day;
   if (take(rest, "Zz") || rest.empty()) return rest.empty() ? std::optional(t) : std::nullopt;
-  const double sign = rest.front() == '-' ? 1 : -1;
+  skip_blanks(rest);
+  const double sign = rest.starts_with('-') ? 1 : -1;
   if (!take(rest, "+-")) return {};
   const auto hours = digits(rest, 2, 2);
   if (!hours) return {};
@@ -104,8 +157,18 @@ std::optional<double> parse_time_text(std::string_view text) {
   return t + sign * (*hours * 3600.0 + *minutes * 60.0);
 }
 
-std::optional<double> recorded_date(double number, std::string_view text) {
-  if (!text.empty()) return parse_time_text(text);
+std::optional<std::pair<int, int>> day_and_month(std::string_view text) {
+  const auto first = digits(text, 1, 2);
+  if (!first || text.empty()) return {};
+  const char separator = text.front();
+  if (!take(text, "/-")) return {};
+  const auto second = digits(text, 1, 2);
+  if (!second || !take(text, {&separator, 1}) || !digits(text, 4, 4)) return {};
+  return std::pair{*first, *second};
+}
+
+std::optional<double> recorded_date(double number, std::string_view text, DateOrder order) {
+  if (!text.empty()) return parse_time_text(text, order);
   constexpr double kFirst = 19700101, kLast = 21001231;
   if (!(number >= kFirst && number <= kLast) || number != std::floor(number)) return {};
   const int n = static_cast<int>(number);
@@ -119,7 +182,12 @@ double packed_time_of_day(double number) {
                                                                     : std::nan("");
 }
 
+std::string_view unit_by_magnitude(double time) {
+  return packed_date(time) ? "YYYYMMDDhhmmss" : time > 1e17 ? "ns" : time > 1e14 ? "us" : time > 1e11 ? "ms" : "s";
+}
+
 double seconds_by_magnitude(double time) {
+  if (const auto date = packed_date(time)) return *date;
   return time * (time > 1e17 ? 1e-9 : time > 1e14 ? 1e-6 : time > 1e11 ? 1e-3 : 1);
 }
 

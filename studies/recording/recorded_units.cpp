@@ -95,7 +95,10 @@ constexpr std::pair<std::string_view, std::string_view> kSpellings[] = {
     {"rad/sec", "rad/s"},   {"dps", "deg/s"},       {"°/s", "deg/s"},
     {"degps", "deg/s"},     {"deg_s", "deg/s"},     {"deg/sec", "deg/s"},
     {"pascal", "Pa"},       {"millibar", "mbar"},   {"decibar", "dbar"},
-    {"tesla", "T"}};
+    {"tesla", "T"},         {"m s^-1", "m/s"},      {"m s^-2", "m/s^2"},
+    {"rad s^-1", "rad/s"},  {"deg s^-1", "deg/s"},  {"ms^-1", "m/s"},
+    {"ms^-2", "m/s^2"},     {"m s-1", "m/s"},       {"m s-2", "m/s^2"},
+    {"rad s-1", "rad/s"},   {"deg s-1", "deg/s"}};
 
 /// Texts that are used for more than one unit: gon or degrees (German), g or gauss.
 constexpr std::string_view kAmbiguous[] = {"grad", "grads", "G"};

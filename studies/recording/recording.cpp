@@ -123,14 +123,24 @@ std::string without_indices(const std::string& name) {
   return result;
 }
 
+/// Returns "x" for the column names "x [m]", "x (m)" and "x []"; other names as they are.
+std::string_view without_unit(std::string_view name) {
+  for (const auto& [open, close] : {std::pair{'[', ']'}, {'(', ')'}, {'{', '}'}}) {
+    const std::size_t begin = name.rfind(open);
+    if (!name.ends_with(close) || begin == std::string_view::npos || begin == 0) continue;
+    if (!parse_number(trimmed(name.substr(begin + 1, name.size() - begin - 2)))) return trimmed(name.substr(0, begin));
+  }
+  return name;
+}
+
 std::unique_ptr<Recording> open_file(const fs::path& file, const TableSettings& tables) {
   const std::string head = first_bytes(file, 4096);
   if (head.empty()) throw Error(fmt::format("{} is empty", file.string()));
   const std::string_view start = head;
   for (const RecordingFormat& format : recording_formats())
     if (start.starts_with(format.magic)) return format.open(file);
-  if (const std::string why = why_compressed(start); !why.empty())
-    throw Error(fmt::format("{}: {}", file.string(), why));
+  for (const std::string& why : {why_compressed(start), why_unreadable(start)})
+    if (!why.empty()) throw Error(fmt::format("{}: {}", file.string(), why));
   if (!is_text(head))
     throw Error(fmt::format("{}: unknown format (first bytes {}); readable are {}", file.string(),
                             quote(start.substr(0, 8)), readable_formats()));
@@ -179,6 +189,12 @@ const RecordedField* find_field(const RecordedStream& stream, const std::string&
   if (const auto number = parse_positive_integer(name);
       number && stream.type.empty() && static_cast<std::size_t>(*number) <= stream.fields.size())
     return &stream.fields[static_cast<std::size_t>(*number) - 1];
+  if (stream.type.empty()) {  // a column with its unit, if it is the only one of this name
+    const auto same = [&](const RecordedField& f) { return without_unit(f.name) == name; };
+    const auto found = std::find_if(stream.fields.begin(), stream.fields.end(), same);
+    if (found != stream.fields.end() && std::find_if(found + 1, stream.fields.end(), same) == stream.fields.end())
+      return &*found;
+  }
   if (name.find('[') == std::string::npos) return nullptr;
   const std::string wanted = without_indices(name);
   for (const RecordedField& field : stream.fields)
@@ -189,7 +205,9 @@ const RecordedField* find_field(const RecordedStream& stream, const std::string&
 std::string unknown_field(const RecordedStream& stream, const std::string& field) {
   std::vector<std::string> names;
   for (const RecordedField& f : stream.fields) names.push_back(f.name);
-  const std::string similar = did_you_mean(field, names);
+  std::vector<std::string> texts = names;
+  std::erase_if(texts, [](const std::string& n) { return parse_positive_integer(n).has_value(); });  // column numbers
+  const std::string similar = did_you_mean(field, texts);
   constexpr std::size_t kShown = 12;
   const std::size_t n = names.size();
   if (n > kShown) names.resize(kShown);

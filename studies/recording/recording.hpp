@@ -10,6 +10,8 @@
 #include <string_view>
 #include <vector>
 
+#include <tandem/studies/recording/recorded_time.hpp>
+
 namespace tandem {
 
 /// A value of a recorded row: a number, or a text that is not one.
@@ -31,6 +33,7 @@ struct RecordedStream {
   std::vector<RecordedField> fields{};
   std::string time_field{};  ///< field with the time of validity; empty if rows only have a receive time
   std::string date_field{};  ///< field with the date, if `time_field` is a time of day
+  DateOrder date_order = DateOrder::unknown;  ///< of dates like 05/06/2024
   std::size_t rows = 0;
   double first = std::numeric_limits<double>::quiet_NaN();  ///< time of the first and the last row [s]
   double last = std::numeric_limits<double>::quiet_NaN();
@@ -91,14 +94,15 @@ struct TableSettings {
   std::string comment = "#%";          ///< lines that begin with one of these are skipped, unless they name the columns
   std::vector<std::string> missing{};  ///< texts or numbers that mean a missing value; -9999 also means -9999.0
   std::size_t skip = 0;                ///< lines before the table
+  DateOrder date_order = DateOrder::unknown;
 };
 
 /// Opens a recording of any known format. A folder is a ROS 2 bag or a set of tables; its streams are those of all
 /// files. Throws Error if the file is missing, or if its format is unknown.
 std::unique_ptr<Recording> open_recording(const std::filesystem::path& path, const TableSettings& tables = {});
 
-/// Returns the field of this name, or null. Indices in brackets may have any value ("poses[3].x" for "poses[0].x"). A
-/// number selects a column, counted from 1.
+/// Returns the field of this name, or null. Indices in brackets may have any value ("poses[3].x" for "poses[0].x"). The
+/// column "x [m]" of a table is also found as "x", if no other column is. A number selects a column, counted from 1.
 const RecordedField* find_field(const RecordedStream& stream, const std::string& name);
 
 /// Returns the index of each field of a request in the stream. Throws Error, with a similar name, if one is missing.

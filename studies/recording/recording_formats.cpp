@@ -12,9 +12,11 @@ namespace {
 using namespace std::string_view_literals;
 
 constexpr std::array kFormats = {
-    RecordingFormat{"\x89MCAP0\r\n"sv, open_mcap},        RecordingFormat{"#ROSBAG V2.0\n"sv, open_rosbag1},
-    RecordingFormat{"SQLite format 3\0"sv, open_rosbag2}, RecordingFormat{"\xA3\x95"sv, open_dataflash},
-    RecordingFormat{"ULog\x01\x12\x35"sv, open_ulog},
+    RecordingFormat{"\x89MCAP0\r\n"sv, "MCAP", open_mcap},
+    RecordingFormat{"#ROSBAG V2.0\n"sv, "ROS 1 bag", open_rosbag1},
+    RecordingFormat{"SQLite format 3\0"sv, "ROS 2 bag (SQLite)", open_rosbag2},
+    RecordingFormat{"\xA3\x95"sv, "ArduPilot log", open_dataflash},
+    RecordingFormat{"ULog\x01\x12\x35"sv, "PX4 log", open_ulog},
 };
 
 struct CompressedFormat {
@@ -39,6 +41,20 @@ std::string why_compressed(std::string_view head) {
     if (head.starts_with(format.magic))
       return fmt::format("the file is compressed with {}; decompress it ({} FILE) and import the result", format.name,
                          format.command);
+  return "";
+}
+
+std::string why_unreadable(std::string_view head) {
+  constexpr std::size_t kLeast = 4;
+  for (const RecordingFormat& format : kFormats)
+    if (head.size() >= kLeast && format.magic.starts_with(head))
+      return fmt::format("the file is cut after {} bytes (format: {})", head.size(), format.name);
+  constexpr std::string_view kBag = "#ROSBAG V", kMcap = "\x89MCAP";
+  if (head.starts_with(kBag)) {
+    const std::string_view version = head.substr(kBag.size(), head.find('\n') - kBag.size());
+    return fmt::format("a ROS 1 bag of version {} is not supported; readable are those of version 2.0", version);
+  }
+  if (head.starts_with(kMcap)) return "this version of MCAP is not supported; readable is version 0";
   return "";
 }
 

@@ -12,7 +12,7 @@ namespace tandem {
 
 /// A binary format, recognised by the first bytes of a file.
 struct RecordingFormat {
-  std::string_view magic;
+  std::string_view magic, name;
   std::unique_ptr<Recording> (*open)(const std::filesystem::path& file);
 };
 
@@ -20,6 +20,9 @@ struct RecordingFormat {
 std::span<const RecordingFormat> recording_formats();
 /// Returns one sentence if a file with these first bytes is compressed as a whole; otherwise nothing.
 std::string why_compressed(std::string_view head);
+/// Returns one sentence if a file with these first bytes is a binary recording that cannot be read: one of another
+/// version, or one that is cut after its first bytes; otherwise nothing.
+std::string why_unreadable(std::string_view head);
 /// Returns whether a file of a folder may be a recording, by its extension.
 bool is_recording_name(const std::filesystem::path& file);
 /// Returns "ROS 2 bags (.db3, .mcap), …" for messages.

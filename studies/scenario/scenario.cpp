@@ -98,8 +98,7 @@ class ScenarioReader {
     if (yaml_.has("source")) scenario_.source = yaml_.text("source");
     if (yaml_.has("truth_orientation")) scenario_.truth_orientation = yaml_.boolean("truth_orientation");
     if (yaml_.has("origin")) yaml_.numbers("origin", 3);  // scenario_origin.hpp reads it
-    for (const char* key : {"latitude", "gravity"})       // checked here; read_earth() uses them
-      if (yaml_.has(key)) yaml_.number(key);
+    read_earth(yaml_);                                    // checks latitude and gravity, also without own sensors
     if (!yaml_.has("keyframe_interval")) return;
     data_.keyframe_interval = yaml_.number("keyframe_interval");
     if (data_.keyframe_interval <= kSameInstant)

@@ -101,6 +101,7 @@ TEST_F(ExportTest, GeographicFormatsNeedAnOrigin) {
   export_as("kml", run, out());
   EXPECT_THAT(read_file(out() / "chaser.geojson"), HasSubstr("[10.0000358")) << "2 m east";
   EXPECT_THAT(read_file(out() / "chaser.kml"), HasSubstr("<gx:coord>10.0000358"));
+  EXPECT_THAT(read_file(out() / "chaser.kml"), HasSubstr("<altitudeMode>absolute<")) << "depths are drawn";
 #endif
 }
 

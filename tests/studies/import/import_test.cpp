@@ -257,8 +257,9 @@ TEST_F(ImportTest, ReadsQuaternionsInBothOrdersAndEulerAnglesInAnyOrder) {
         "t,q0,q1,q2,q3,e0,e1,e2\n0," + std::to_string(c) + ",0,0," + std::to_string(s) + ",0.4,0,0\n1,1,0,0,0,0,0,0\n");
   for (const std::string orientation :
        {"quaternion_wxyz: [q0, q1, q2, q3]", "quaternion_xyzw: [q1, q2, q3, q0]", "euler: [e0, e1, e2]"}) {
-    const Import result =
-        import("sensors:\n  h: {type: heading, from: a, euler_order: zyx, fields: {" + orientation + "}}\n");
+    const Import result = import("sensors:\n  h: {type: heading, from: a, " +
+                                 std::string(orientation.starts_with("euler") ? "euler_order: zyx, " : "") +
+                                 "fields: {" + orientation + "}}\n");
     EXPECT_NEAR(result.sensors[0]->at(0, 3), s, 1e-6) << orientation;
     EXPECT_NEAR(result.sensors[0]->at(0, 4), c, 1e-6) << orientation;
   }

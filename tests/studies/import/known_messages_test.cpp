@@ -7,6 +7,7 @@
 #include <tandem/studies/import/frame_names.hpp>
 #include <tandem/studies/import/import.hpp>
 
+#include "studies/recording/read_rows.hpp"
 #include "studies/recording/written_recordings.hpp"
 #include "studies/scratch.hpp"
 
@@ -38,6 +39,23 @@ class KnownMessagesTest : public testing::Test {
     write_db3(file, "geometry_msgs/msg/PointStamped", "", {{100.1, cdr.str()}, {101.1, cdr.str()}});
     return file;
   }
+  /// Returns a bag without definitions with one velocity over ground and one through the water.
+  std::filesystem::path dvl() const {
+    std::vector<std::pair<double, std::string>> messages;
+    for (const int mode : {1, 2}) {
+      Cdr cdr;
+      cdr.add(std::int32_t(99 + mode)).add(std::uint32_t(0)).text("dvl").add(std::uint8_t(mode)).add(std::uint8_t(0));
+      cdr.add(0.3).add(0.01).add(0.05);
+      for (int i = 0; i < 9; ++i) cdr.add(i % 4 == 0 ? 1e-4 : 0);
+      cdr.add(5.0).add(0.0).add(0.3).add(std::uint8_t(4)).add(1500.0f).add(true).add(true);
+      for (int i = 0; i < 16; ++i) cdr.add(i < 12 ? 0.5 : 5.8);  // directions and ranges of the beams
+      for (int i = 0; i < 16; ++i) cdr.add(0.25f);
+      messages.emplace_back(99.5 + mode, cdr.str());
+    }
+    const std::string file = (scratch_.path() / "dvl.db3").string();
+    write_db3(file, "marine_acoustic_msgs/msg/Dvl", "", messages);
+    return file;
+  }
   ScratchFolder scratch_;
 };
 
@@ -53,6 +71,14 @@ TEST_F(KnownMessagesTest, HeadingsOfNmeaAreTrueIfTheSentencesStateTheVariation) 
   const Import result = import("a.nmea", log);
   EXPECT_NEAR(heading(*result.sensors.at(0), 0), 103.5, 1e-9);
   EXPECT_THAT(result.assumptions, Contains(HasSubstr("deviation and variation of the sentences are added")));
+  for (const auto& [sentence, true_heading] : {std::pair{"$HCHDG,358.0,,,4.5,E", 2.5}, {"$HCHDG,2.0,,,4.5,W", 357.5}}) {
+    const Import north = import("north.nmea", fix + sentence + "\r\n");
+    EXPECT_NEAR(heading(*north.sensors.at(0), 0), true_heading, 1e-9);
+    EXPECT_THAT(north.findings, testing::Not(Contains(HasSubstr("heading_true reaches"))));
+    EXPECT_THAT(north.findings, testing::Not(Contains(HasSubstr("heading reaches"))));
+    const auto rows = read_rows(*open_recording(scratch_.path() / "north.nmea"), "HDG", {"heading_true"});
+    EXPECT_NEAR(rows.at(0).numbers[0], true_heading, 1e-9);
+  }
   EXPECT_THAT(result.assumptions, testing::Not(Contains(HasSubstr("declination"))));
   // A declination of the map replaces the variation.
   const Import given = import_with("declination: 10\nsensors: {h: {from: HDG}}\n", log);
@@ -75,7 +101,14 @@ TEST_F(KnownMessagesTest, ArduPilotImportsTheFirstOfTwoReceivers) {
   const Import result = import("a.bin", log);
   ASSERT_EQ(result.sensors.size(), 1u);
   EXPECT_EQ(result.sensors[0]->rows(), 2u);
-  EXPECT_THAT(result.sensors[0]->dropped(), Contains(testing::Key("I = 0 is not met")));
+  EXPECT_THAT(result.map.unused, Contains(HasSubstr("GPS.1: GPS is the first of these devices")));
+  const auto recording = open_recording(scratch_.path() / "a.bin");
+  ASSERT_TRUE(recording->find("GPS.1"));
+  EXPECT_EQ(recording->find("GPS")->rows, 2u);
+  const Import second = import_recording(
+      *recording, read_import_map(scratch_.write("map.yaml", "sensors: {aft: {from: GPS.1}}\n"), *recording), [] {});
+  EXPECT_EQ(second.sensors[0]->rows(), 2u);
+  EXPECT_NEAR(second.frame->origin().latitude, 63.4401, 1e-7);
 }
 
 TEST_F(KnownMessagesTest, Px4PositionsHaveTwoVersions) {
@@ -100,6 +133,20 @@ TEST_F(KnownMessagesTest, Px4PositionsHaveTwoVersions) {
   }
 }
 #endif
+
+// https://github.com/apl-ocean-engineering/marine_msgs: the z axis points where the DVL looks.
+TEST_F(KnownMessagesTest, DvlPointsDownAndMeasuresOverGround) {
+  const auto recording = open_recording(dvl());
+  const auto rows = read_rows(*recording, "/fix", {"num_good_beams", "sound_speed", "range[3]", "beam_velocity[3]"});
+  EXPECT_THAT(rows.at(0).numbers, testing::ElementsAre(4, 1500, 5.8, 0.25));
+  const Import result = import(recording->file());
+  const ImportedSensor& sensor = *result.sensors.at(0);
+  ASSERT_EQ(sensor.rows(), 1u);
+  EXPECT_EQ(sensor.at(0, 1), 0.3);
+  EXPECT_EQ(sensor.at(0, 2), -0.01);
+  EXPECT_EQ(sensor.at(0, 3), -0.05);
+  EXPECT_THAT(sensor.dropped(), testing::ElementsAre(testing::Key("velocity_mode = 1 is not met")));
+}
 
 TEST(FrameNames, OfTheWorld) {
   for (const char* name : {"map", "/map", "map_ned", "odom_frame", "utm", "world_enu", "local_origin", "robot1/odom",

@@ -1,3 +1,5 @@
+#include <array>
+
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -140,6 +142,17 @@ TEST(Bags, CompressedFilesNameTheirCompression) {
   EXPECT_THAT(error_of([&] { open_recording(scratch.write("a.csv.gz", gzip)); }), HasSubstr("is compressed with gzip"));
 }
 
+TEST(Bags, OtherVersionsAndCutFilesAreNamed) {
+  const ScratchFolder scratch;
+  for (const auto& [content, why] :
+       {std::pair{"#ROSBAG V1.2\n# 3 lines\n", "a ROS 1 bag of version 1.2 is not supported"},
+        {"\x89MCAP", "the file is cut after 5 bytes (format: MCAP)"},
+        {"\x89MCAP1\r\n", "this version of MCAP is not supported"}}) {
+    const auto file = scratch.write("a.bag", content);
+    EXPECT_THAT(error_of([&] { open_recording(file); }), HasSubstr(why));
+  }
+}
+
 TEST(Bags, JoinTheTopicsOfSeveralFiles) {
   const ScratchFolder scratch;
   scratch.write("a_0.mcap", Mcap::start() + mcap_topics() + mcap_messages(0, 2) + Mcap::end());
@@ -201,6 +214,89 @@ TEST(Bags, SkipChunksOfUnknownCompressionAndNameTheByte) {
   EXPECT_THAT(recording->defects(), ElementsAre(AllOf(HasSubstr("the chunk at byte " + std::to_string(before.size())),
                                                       HasSubstr("unknown compression 'brotli'"))));
   expect_messages(*recording, 2);
+}
+
+/// Returns three chunks with messages 0, 1 to 3, and 4.
+std::array<std::string, 3> bag_chunks(const std::string& compression) {
+  std::array<std::string, 3> chunks;
+  const int first[] = {0, 1, 4, 5};
+  for (std::size_t c = 0; c < 3; ++c) {
+    std::string records = Bag::connection(4, "/fix", "test_msgs/Fix", kFixDefinitionRos1);
+    for (int i = first[c]; i < first[c + 1]; ++i)
+      records += Bag::message(4, kStart + i + 0.5, fix_ros1(kStart + i, 10.5 + i));
+    chunks[c] = Bag::chunk(compression, records);
+  }
+  return chunks;
+}
+
+/// Expects that the messages `expected` (by their number) are read, and that the places are named.
+void expect_beside_damage(const std::filesystem::path& file, const std::vector<int>& expected, std::size_t damaged,
+                          std::size_t next) {
+  const auto recording = open_recording(file);
+  ASSERT_THAT(recording->streams(), SizeIs(1));
+  EXPECT_EQ(recording->streams()[0].rows, expected.size());
+  std::vector<int> read;
+  for (const TestRow& row : read_rows(*recording, "/fix", {"range"})) read.push_back(int(row.numbers[0] - 10));
+  EXPECT_EQ(read, expected);
+  EXPECT_THAT(recording->defects(),
+              testing::Contains(HasSubstr("the record at byte " + std::to_string(damaged) +
+                                          " is damaged; reading goes on at byte " + std::to_string(next))));
+}
+
+TEST(Bags, ReadRos1BesideDamage) {
+  const ScratchFolder scratch;
+#ifdef TANDEM_HAS_LZ4
+  const std::string compression = "lz4";
+#else
+  const std::string compression = "none";
+#endif
+  auto chunks = bag_chunks(compression);
+  const std::string connection = Bag::connection(4, "/fix", "test_msgs/Fix", kFixDefinitionRos1);
+  const std::size_t second = Bag::start(0).size() + chunks[0].size(), third = second + chunks[1].size();
+  const auto write = [&](std::uint64_t index) {
+    return scratch.write("a.bag", Bag::start(index) + chunks[0] + chunks[1] + chunks[2] + connection);
+  };
+  const std::string whole = chunks[1];
+  for (const std::uint64_t index : {std::uint64_t(0), std::uint64_t(third + chunks[2].size())}) {
+    chunks[1] = whole;
+    chunks[1].replace(0, 4, "\xFF\xFF\x12\x34");  // the length of the header
+#ifdef TANDEM_HAS_LZ4
+    expect_beside_damage(write(index), {0, 4}, second, third);
+#endif
+    const std::size_t length = 4 + Bag::fields({{"op", "."}, {"compression", compression}, {"size", "...."}}).size();
+    for (const std::uint32_t wrong : {0xFFFFFF00u, std::uint32_t(whole.size() + 20)}) {  // the length of the chunk
+      chunks[1] = whole;
+      chunks[1].replace(length, 4, bytes(wrong));
+      expect_beside_damage(write(index), {0, 1, 2, 3, 4}, second, third);
+    }
+  }
+  // Messages of a chunk that is not compressed are found without its header.
+  chunks = bag_chunks("none");
+  chunks[1].replace(0, 4, "\xFF\xFF\x12\x34");
+  const auto recording = open_recording(write(0));
+  EXPECT_THAT(read_rows(*recording, "/fix", {"range"}), SizeIs(5));
+}
+
+TEST(Bags, ReadMcapBesideDamage) {
+  const ScratchFolder scratch;
+  for (const std::string& compression : compressions()) {
+    const std::string before = Mcap::start() + mcap_topics() + Mcap::chunk(compression, mcap_messages(0, 1));
+    const std::string whole = Mcap::chunk(compression, mcap_messages(1, 4));
+    const std::string after = Mcap::chunk(compression, mcap_messages(4, 5)) + Mcap::end();
+    const std::size_t second = before.size(), third = second + whole.size();
+    std::string chunk = whole;
+    if (!compression.empty()) {
+      chunk.replace(0, 9, std::string(9, '\0'));
+      expect_beside_damage(scratch.write("a.mcap", before + chunk + after), {0, 4}, second, third);
+    }
+    for (const std::uint64_t wrong : {std::uint64_t(1) << 40, std::uint64_t(whole.size() + 20)}) {
+      chunk = whole;
+      chunk.replace(1, 8, bytes(wrong));
+      expect_beside_damage(scratch.write("a.mcap", before + chunk + after), {0, 1, 2, 3, 4}, second, third);
+    }
+    expect_beside_damage(scratch.write("a.mcap", before + "\6" + std::string(8, '\xFF') + whole + after),
+                         {0, 1, 2, 3, 4}, second, second + 9);
+  }
 }
 
 TEST(Bags, DamagedBytesNeverCrash) {

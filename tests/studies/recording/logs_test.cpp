@@ -74,6 +74,27 @@ TEST(Logs, ReadPx4Logs) {
   EXPECT_THAT(rows[0].numbers, ElementsAre(3, 3, 1));
 }
 
+TEST(Logs, ReadPx4BesideDamage) {
+  const ScratchFolder scratch;
+  const auto data = [](std::uint64_t t) { return ulog_message('D', bytes(std::uint16_t(5)) + bytes(t) + bytes(1.5f)); };
+  const std::string start = ulog_start() + ulog_message('F', "depth:uint64_t timestamp;float z;") +
+                            ulog_message('A', bytes(std::uint8_t(0)) + bytes(std::uint16_t(5)) + "depth");
+  std::string before = start, after;
+  for (std::uint64_t i = 1; i < 4; ++i) before += data(i * 1000000);
+  for (std::uint64_t i = 7; i < 12; ++i) after += data(i * 1000000);
+  std::string too_long = data(5000000);
+  too_long[0] = 30;
+  for (const std::string& damage :
+       {std::string(40, '\xEE'), std::string(40, '\0'), std::string("\xFF\xFF\x44") + "abc", too_long}) {
+    const auto recording = open_recording(scratch.write("a.ulg", before + damage + after));
+    const std::string next = std::to_string(before.size() + damage.size());
+    EXPECT_THAT(recording->defects(), ElementsAre(HasSubstr("the record at byte " + std::to_string(before.size()) +
+                                                            " is damaged; reading goes on at byte " + next)));
+    EXPECT_THAT(read_rows(*recording, "depth", {"timestamp"}), SizeIs(testing::Ge(8u)));
+    EXPECT_EQ(recording->streams()[0].last, 11);
+  }
+}
+
 /// A line with noise, and the zeros that a logger leaves when it loses power, cost only the lines in which they are.
 TEST(Logs, ReadNmeaBesideDamage) {
   const ScratchFolder scratch;
