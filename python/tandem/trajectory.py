@@ -10,6 +10,7 @@ from ._paths import PathLike
 from ._table import read_table
 from .errors import BadInputError
 
+_NO_ORIENTATION = "# no orientation"  # the comment before a pose of a TUM file without an orientation
 ENTRIES = [f"c{i}{j}" for i in range(1, 7) for j in range(1, 7)]
 
 
@@ -58,11 +59,15 @@ class Trajectory:
         """
         file = pathlib.Path(path)
         if file.suffix != ".csv":
-            table = np.loadtxt(file, ndmin=2)
+            lines = [line.strip() for line in file.read_text(encoding="utf-8").splitlines()]
+            table = np.loadtxt(lines, ndmin=2)
+            lines = [line for line in lines if line and (line[0] != "#" or line == _NO_ORIENTATION)]
+            unknown = [before == _NO_ORIENTATION for before, line in zip([""] + lines, lines) if line[0] != "#"]
             if table.size == 0:
                 table = np.empty((0, 8))
             if table.shape[1] != 8:
                 raise BadInputError(f"{file}: a TUM file has 8 columns, not {table.shape[1]}")
+            table[unknown, 4:] = np.nan
             return cls(table[:, 0], table[:, 1:4], table[:, 4:], name=name)
         return cls._of_columns(read_table(file), name)
 
@@ -167,8 +172,10 @@ class Trajectory:
     def to_tum(self, path: Optional[PathLike] = None) -> str:
         """Returns the text of a TUM file (t x y z qx qy qz qw), and writes it to `path` if given."""
         lines = ["# t[s] x[m] y[m] z[m] qx qy qz qw"]
-        lines += [" ".join(repr(float(v)) for v in (t, *p, *q))
-                  for t, p, q in zip(self.t, self.positions, self.quaternions)]
+        for t, p, q, known in zip(self.t, self.positions, self.quaternions, self.has_orientation):
+            if not known:
+                lines.append(_NO_ORIENTATION)
+            lines.append(" ".join(repr(float(v)) for v in (t, *p, *(q if known else (0, 0, 0, 1)))))
         text = "\n".join(lines) + "\n"
         if path is not None:
             pathlib.Path(path).write_text(text, encoding="utf-8")

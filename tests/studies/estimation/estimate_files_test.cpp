@@ -190,14 +190,14 @@ TEST(EstimateFiles, WritesInputsOfPlots) {
   scenario.data.sensors[0].measurements.push_back({.t = 0.2, .position = {1, 2, 3}});
   write_results(estimate, scenario, folder.path());
   EXPECT_EQ(read_file(folder.path() / "target_fixes.csv"), "t,sensor,type,x_m,y_m,z_m\n0.1,usbl,position,2,1,-3\n");
-  EXPECT_EQ(read_file(folder.path() / "chaser_truth.tum"),
-            tum_header + std::string("0.1 2 1 -3 nan nan nan nan\n0.3333333333333333 2 1 -3 nan nan nan nan\n"));
+  EXPECT_EQ(
+      read_file(folder.path() / "chaser_truth.tum"),
+      tum_header + std::string("# no orientation\n0.1 2 1 -3 0 0 0 1\n# no orientation\n0.3333333333333333 2 1 -3 "
+                               "0 0 0 1\n"));
   EXPECT_FALSE(std::filesystem::exists(folder.path() / "target_truth.tum"));
   EXPECT_THAT(read_file(folder.path() / "summary.json"), HasSubstr("\"frame\": \"NED-FRD\""));
 }
 
-TEST(EstimateFiles, WritesFixesOfEachSensorInTimeOrder) {
-  const ScratchFolder folder;
 TEST(EstimateFiles, WritesCellsOfStatesThatTheBodyHas) {
   struct Case {
     const char* name;
@@ -233,6 +233,8 @@ TEST(EstimateFiles, WritesCellsOfStatesThatTheBodyHas) {
   }
 }
 
+TEST(EstimateFiles, WritesFixesOfEachSensorInTimeOrder) {
+  const ScratchFolder folder;
   Scenario scenario;
   scenario.data.sensors = {{.name = "lidar", .type = SensorType::position},
                            {.name = "camera, left", .type = SensorType::pose},
