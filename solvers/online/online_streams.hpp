@@ -79,6 +79,8 @@ class OnlineEstimator::Streams {
   void reject(const std::string& name, double t);
   void reject(const std::string& name, const Rejection& why);
   double motion_end() const;
+  void learn_imu_lag(double t);
+  double imu_wait() const;
   double keyframe_limit() const;
   detail::NextStep next() const;
   void process();
@@ -133,8 +135,9 @@ class OnlineEstimator::Streams {
   double next_imu_trial_ = -HUGE_VAL, imu_trial_wait_ = 0;  // s
   std::vector<std::pair<double, double>> imu_exclusions_;   // start and end [s]
   double last_imu_ = -HUGE_VAL;
-  double aligned_ = -HUGE_VAL;  // time of the last alignment [s]
-  MaybeRejection rejected_;     // rejection of the current call
+  double imu_lag_ = 0, imu_lag_at_ = -HUGE_VAL;  // s: largest recent lag of new samples behind the clock, and its clock
+  double aligned_ = -HUGE_VAL;                   // time of the last alignment [s]
+  MaybeRejection rejected_;                      // rejection of the current call
   bool finished_ = false;
   bool changing_ = false;         // Within change() or reset().
   bool reset_requested_ = false;  // Requested by a hook.

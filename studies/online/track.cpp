@@ -25,7 +25,8 @@ constexpr const char* kNotReached = "after the last keyframe of the track";
 
 using Clock = std::chrono::steady_clock;
 
-std::string reason_of(Rejection::Kind kind, bool has_target) {
+/// `awaits_target`: the measurement is of a target that is not initialised.
+std::string reason_of(Rejection::Kind kind, bool awaits_target) {
   switch (kind) {
     case Rejection::Kind::not_in_use:
       return "sensor not in use";
@@ -41,7 +42,7 @@ std::string reason_of(Rejection::Kind kind, bool has_target) {
     case Rejection::Kind::unusable:
       break;
   }
-  return has_target ? "not usable at its time" : "before the first position of the target";
+  return awaits_target ? "before the first position of the target" : "not usable at its time";
 }
 
 ReplayLog::Options log_options(const OnlineOptions& online, bool odometry) {
@@ -236,7 +237,9 @@ class Tracker {
   /// Counts a rejected line, and reports it if its value is wrong.
   void report(const std::string& sensor, const Rejection& why) {
     if (replaying_) return;
-    result_.rejected_lines.add(sensor, reason_of(why.kind, estimator_.has_target()));
+    const bool of_target = std::any_of(settings_.data.sensors.begin(), settings_.data.sensors.end(),
+                                       [&](const TargetSensor& s) { return s.name == sensor; });
+    result_.rejected_lines.add(sensor, reason_of(why.kind, of_target && !estimator_.has_target()));
     if (why.kind == Rejection::Kind::implausible || why.kind == Rejection::Kind::outside_gate) warn(sensor, why.text);
   }
   void warn(const std::string& sensor, const std::string& sentence) {
