@@ -69,6 +69,7 @@ class Tracker {
         estimator_(settings.data, result_.by_odometry ? std::nullopt : settings.navigation,
                    with_start(options.online, resume)),
         log_(log_options(options.online, result_.by_odometry), resume ? resume->snapshot.start : std::nullopt) {
+    result_.components = watched_components(settings);
     for (const double t : options.at) result_.at.push_back({.t = t, .note = kNotReached});
     pending_at_.resize(options.at.size());
     std::iota(pending_at_.begin(), pending_at_.end(), std::size_t(0));
@@ -377,14 +378,6 @@ class Tracker {
 };
 
 }  // namespace
-
-std::vector<std::string> watched_sensors(const Scenario& settings) {
-  std::vector<std::string> names;
-  if (!moves_by_odometry(settings))
-    for (const EgoSensor& sensor : settings.navigation->sensors) names.push_back(sensor.name);
-  for (const TargetSensor& sensor : settings.data.sensors) names.push_back(sensor.name);
-  return names;
-}
 
 Track track(const Scenario& settings, const TrackOptions& options, OnlineFeed& feed,
             const std::function<void(const TrackRecord&)>& each, const std::optional<TrackResumePoint>& resume) {
