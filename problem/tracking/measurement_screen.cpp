@@ -51,6 +51,8 @@ ReadingScreen::Options screen_options(const TargetSensor& sensor) {
   options.run_ratio = 4;
   options.may_be_constant = true;
   return options;
+  // The quaternion of a level target has constant numbers.
+  options.axes = position || !sensor.type->has(measured::rotation) ? 3 : 0;
 }
 
 bool OdometryScreen::can_follow(const Stamped<SE3>& before, const Stamped<SE3>& after) const {
