@@ -275,13 +275,20 @@ class Tracker {
   }
 
   void add_live(TrackRecord& record) const {
-    constexpr double kSecond = 1;
+    static constexpr double kSecond = 1;
     const SE3 chaser = estimator_.chaser().pose;
     record.live.chaser_twist = (chaser.inverse() * estimator_.predicted_chaser(kSecond)).Log() / kSecond;
-    const auto now = estimator_.target(), next = estimator_.predicted_target(kSecond);
-    if (now && next && now->rotation && next->rotation)
-      record.live.target_twist =
-          (SE3(*now->rotation, now->position).inverse() * SE3(*next->rotation, next->position)).Log() / kSecond;
+    const auto twist = [](const auto& now, const auto& next) -> std::optional<Vector<6>> {
+      if (!now || !next || !now->rotation || !next->rotation) return {};
+      return (SE3(*now->rotation, now->position).inverse() * SE3(*next->rotation, next->position)).Log() / kSecond;
+    };
+    record.live.target_twist = twist(estimator_.target(), estimator_.predicted_target(kSecond));
+    if (estimator_.uses_hypotheses()) {
+      auto& window = record.live.window_target = estimator_.window_target();
+      record.live.window_twist = twist(window, estimator_.window_target(kSecond));
+      window->position = to_world_.act(window->position);
+      if (window->rotation) window->rotation = to_world_.rotation() * *window->rotation;
+    }
     if (!options_.live_covariance) return;
     try {
       const OnlineEstimator::Covariance c = estimator_.covariance();

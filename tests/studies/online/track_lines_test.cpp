@@ -167,6 +167,19 @@ TEST(TrackJsonLines, HaveStatesAndCovariancesInTheFrameOfTheScenario) {
   EXPECT_EQ(ned["target_covariance"].size(), 6u);
   EXPECT_EQ(ned["target_covariance"][0][1], -1.0) << "forward and starboard instead of port";
   EXPECT_EQ(ned["target_covariance"][1][2], 1.0);
+  EXPECT_FALSE(ned.contains("window"));
+  r.live.window_target = TargetState(SE3(SO3(), {9, 10, 5}));
+  r.live.window_twist = r.live.chaser_twist;
+  const auto joint = json_in(Frame::enu_flu(), LineCovariance::joint),
+             blocks = json_in(Frame::ned_frd(), LineCovariance::blocks);
+  EXPECT_FALSE(joint.contains("covariance")) << "it belongs to the window, not to the newest state";
+  EXPECT_EQ(joint["target_m"], (std::vector<double>{10, 10, 5}));
+  EXPECT_EQ(joint["window"]["target_m"], (std::vector<double>{9, 10, 5}));
+  EXPECT_EQ(joint["window"]["covariance"], enu["covariance"]);
+  EXPECT_EQ(blocks["window"]["target_twist"], ned["chaser_twist"]);
+  EXPECT_EQ(blocks["window"]["target_covariance"], ned["target_covariance"]);
+  EXPECT_EQ(blocks["chaser_covariance"], ned["chaser_covariance"]);
+  EXPECT_FALSE(blocks.contains("target_covariance"));
 }
 
 TEST(TrackJsonLines, KeepTheRate) {
