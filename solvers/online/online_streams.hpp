@@ -93,6 +93,7 @@ class OnlineEstimator::Streams {
   void soften_constraints();
   void reset_now();
   void make_window();
+  void widen_start();
   bool tries_imu() const;
   bool exclude_imu(std::optional<double> since, double t);
   void readmit_imu(double t);
@@ -127,6 +128,7 @@ class OnlineEstimator::Streams {
   detail::HealthMonitor health_;
   std::vector<Stamped<SE3>> odometry_;
   OdometryScreen odometry_screen_;
+  Eigen::VectorXd start_sigma_;  // of the first chaser pose of a window after a reset; only with odometry
   std::optional<ImuScreen> imu_screen_;
   std::vector<ReadingScreen> screens_;                      // by index of the health monitor
   std::vector<std::optional<EgoMeasurement>> newest_ego_;   // newest plausible measurement of each own sensor
