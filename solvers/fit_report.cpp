@@ -192,9 +192,11 @@ const LossExpectation& LossExpectations::operator()(const Loss& loss, int rows) 
 }  // namespace detail
 
 std::size_t SensorFit::worst_component() const {
-  const auto worst =
-      std::max_element(series.begin(), series.end(), [](const auto& a, const auto& b) { return a.rms() < b.rms(); });
-  return std::size_t(worst - series.begin());
+  const auto worst = [](const auto& all) {
+    const auto less = [](const auto& a, const auto& b) { return a.rms() < b.rms(); };
+    return std::size_t(std::max_element(all.begin(), all.end(), less) - all.begin());
+  };
+  return series.empty() ? worst(moments) : worst(series);
 }
 
 double SensorFit::contested() const {

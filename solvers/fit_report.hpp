@@ -41,13 +41,6 @@ struct NoiseFit {
   std::vector<double> rms;
 };
 
-/// A measurement and its largest standardised residual.
-struct WorstMeasurement {
-  double t;               ///< s
-  std::size_t component;  ///< component of the sensor
-  double residual;        ///< residual in expected standard deviations
-};
-
 /// Fit of one sensor's measurements.
 struct SensorFit {
   std::string name;
@@ -59,6 +52,7 @@ struct SensorFit {
   double innovation_rms = 0;
   std::vector<std::string> components;
   std::vector<ResidualSeries> series;                ///< by component; without the down-weighted measurements
+  std::vector<ResidualMoments> moments;              ///< by component; of an online estimator, which keeps no series
   std::vector<ResidualSeries> down_weighted_series;  ///< by component; the down-weighted measurements only
   std::vector<double> rejected_at;                   ///< JudgedSensor::rejected [s]
   std::vector<WorstMeasurement> worst;  ///< at most five, the largest residual first; down-weighted ones included

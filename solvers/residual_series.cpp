@@ -59,4 +59,27 @@ bool ResidualSeries::has_significant_mean() const {
   return std::abs(mean()) > std::max(kMinMean, 3 * error);
 }
 
+void ResidualMoments::add(double standardised) {
+  if (n > 0) products += last * standardised;
+  if (n++ == 0) first = standardised;
+  sum += standardised;
+  squares += standardised * standardised;
+  last = standardised;
+}
+
+double ResidualMoments::mean() const { return n > 0 ? sum / double(n) : 0; }
+
+double ResidualMoments::rms() const { return n > 0 ? std::sqrt(squares / double(n)) : 0; }
+
+double ResidualMoments::spread() const {
+  return n > 0 ? std::sqrt(std::max(0.0, squares / double(n) - mean() * mean())) : 0;
+}
+
+double ResidualMoments::correlation() const {
+  const double m = mean(), spread = this->spread();
+  if (n < 3 || !(spread > 0)) return 0;
+  const double pairs = double(n - 1);
+  return (products - m * (2 * sum - first - last) + pairs * m * m) / pairs / (spread * spread);
+}
+
 }  // namespace tandem

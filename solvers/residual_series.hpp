@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <vector>
 
 namespace tandem {
@@ -26,6 +27,27 @@ struct ResidualSeries {
   /// kMaxCorrelation or three standard errors.
   double correlation_time() const;
   bool has_significant_mean() const;  ///< more than three standard errors, given the correlation
+};
+
+/// Moments of standardised residuals that are not stored, in the order in which they are added.
+struct ResidualMoments {
+  std::size_t n = 0;
+  double sum = 0, squares = 0, products = 0;  ///< sums of the values, their squares, and products of successive values
+  double first = 0, last = 0;                 ///< first and last value
+
+  void add(double standardised);
+  // As those of ResidualSeries.
+  double mean() const;
+  double spread() const;
+  double rms() const;
+  double correlation() const;
+};
+
+/// A measurement and its largest standardised residual.
+struct WorstMeasurement {
+  double t;               ///< s
+  std::size_t component;  ///< component of the sensor
+  double residual;        ///< residual in expected standard deviations
 };
 
 }  // namespace tandem

@@ -39,26 +39,48 @@ class ReadingScreen {
     double min_frozen_time = 0;     ///< duration for which a working sensor may repeat a value [s]
     bool may_be_constant = false;   ///< a value that never changes in a whole recording is normal
     std::size_t min_runs = 5;       ///< runs of equal values before one can be unusual
+    Eigen::Index axes = 0;          ///< at most 3 numbers, the first ones, of which a single one may also be stuck
   };
   explicit ReadingScreen(const Options& options) : options_(options) {}
 
-  /// Uses the mean length of the runs of equal values in a whole recording instead of those seen so far.
-  void set_runs(std::size_t lines, std::size_t runs);
+  /// Uses the usual runs of equal values and steps of a whole recording instead of those seen so far.
+  void set_recording(const std::vector<Reading>& readings);
   /// Returns why the next measurement is implausible, or nothing.
   std::optional<ReadingFault> judge(double t, const Reading& reading);
-  /// Returns the number of equal lines up to the last one.
-  std::size_t run() const { return run_; }
+  /// Returns the number of equal lines, or of lines with a stuck axis, up to the last one.
+  std::size_t run() const;
 
  private:
+  /// The present run of equal values.
+  struct Run {
+    std::size_t lines = 0;
+    double begin = 0;                      ///< s
+    std::array<double, 3> roots_before{};  ///< Axis::roots at its begin; of the axis itself, before the step into it
+    bool lasts(double t, const Options& o) const {  ///< is as long as those of a stuck sensor
+      return lines >= o.frozen_lines && t - begin >= o.min_frozen_time;
+    }
+  };
+  struct Axis {
+    Run run;
+    double roots = 0;  ///< sum of the roots of the steps so far
+    // Usual values: of a whole recording, or so far.
+    std::size_t runs = 0;
+    double usual_roots = 0, smallest = HUGE_VAL;  ///< sum of the roots of the steps; smallest step above zero
+  };
   bool is_zero(const Reading& reading) const;
   bool is_frozen(double t) const;
+  void add_step(std::size_t axis, double step);
+  void follow_axes(double t, const Reading& reading);
+  bool is_stuck(std::size_t axis, double t) const;
 
   Options options_;
   std::optional<Reading> last_;
   double last_length_ = -1;  // of the vector of the last accepted measurement; negative: none yet
-  double run_begin_ = 0;     // s
-  std::size_t run_ = 0, lines_ = 0, runs_ = 0;
-  bool recorded_ = false;  // lines_ and runs_ are those of a whole recording
+  Run run_;
+  std::size_t lines_ = 0, runs_ = 0;
+  bool recorded_ = false;  // lines_, runs_ and the usual values are those of a whole recording
+  std::array<Axis, 3> axes_{};
+  std::optional<std::size_t> stuck_;  // axis
 };
 
 /// Returns the numbers of a measurement of one of the chaser's own sensors, in ENU-FLU.
@@ -79,10 +101,8 @@ template <class Line, class ReadingOf>
 ScreenedByFault screen(std::vector<Line>& lines, const ReadingScreen::Options& options, ReadingOf reading_of) {
   std::vector<Reading> readings;
   for (const Line& line : lines) readings.push_back(reading_of(line));
-  std::size_t runs = 0;
-  for (std::size_t i = 0; i < lines.size(); ++i) runs += i == 0 || readings[i] != readings[i - 1];
   ReadingScreen screen(options);
-  screen.set_runs(lines.size(), runs);
+  screen.set_recording(readings);
   std::vector<std::optional<ReadingFault>> faults(lines.size());
   for (std::size_t i = 0; i < lines.size(); ++i) {
     faults[i] = screen.judge(lines[i].t, readings[i]);

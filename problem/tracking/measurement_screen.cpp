@@ -16,8 +16,9 @@ constexpr double kResolution = 0.05, kAngleResolution = 0.05;  // m, rad
 constexpr double kTypicalTime = 10;                            // s, averaging time
 constexpr int kMinSteps = 10;                                  // used poses before the typical motion counts
 constexpr std::size_t kNewOrigin = 5;                          // successive displaced poses
-constexpr double kHardestBraking = 4;                          // m/s²
-constexpr int kFrozenPoses = 5;                                // successive equal poses
+constexpr double kReturn = 0.5;        // largest ratio of the steps from before and after a jump
+constexpr double kHardestBraking = 4;  // m/s²
+constexpr int kFrozenPoses = 5;        // successive equal poses
 
 double limit(double always, double typical, double most, int steps) {
   return steps < kMinSteps ? most : std::min(most, always + kTypical * typical);
@@ -50,6 +51,8 @@ ReadingScreen::Options screen_options(const TargetSensor& sensor) {
   options.frozen_lines = 5;
   options.run_ratio = 4;
   options.may_be_constant = true;
+  // The quaternion of a level target has constant numbers.
+  options.axes = position || !sensor.type->has(measured::rotation) ? 3 : 0;
   return options;
 }
 
@@ -94,6 +97,7 @@ OdometryScreen::Verdict OdometryScreen::judge(const Stamped<SE3>& pose) {
   if (!p.allFinite() || !(p.cwiseAbs().maxCoeff() <= kMaxPoseDistance) ||
       !pose.value.rotation().quaternion().coeffs().allFinite())
     return Verdict::missing;
+  bridged_.setZero();
   if (!last_ || can_follow(*last_, pose)) {
     displaced_.clear();
     frozen_ = last_ && repeats_coordinate(pose);
@@ -103,16 +107,45 @@ OdometryScreen::Verdict OdometryScreen::judge(const Stamped<SE3>& pose) {
   }
   if (!displaced_.empty() && !can_follow(displaced_.back(), pose)) displaced_.clear();
   displaced_.push_back(pose);
-  if (displaced_.size() < kNewOrigin) return Verdict::displaced;
-  const Stamped<SE3>& first = displaced_.front();
-  first_from_current_ =
-      first_from_current_ * last_->value * SE3::Exp((first.t - last_->t) * twist_) * first.value.inverse();
-  const Stamped<SE3>& before = displaced_[displaced_.size() - 2];
-  twist_ = minus(pose.value, before.value) / (pose.t - before.t);
-  velocity_ = (pose.value.translation() - before.value.translation()) / (pose.t - before.t);
-  last_ = pose;
+  return displaced_.size() < kNewOrigin ? Verdict::displaced : settle();
+}
+
+/// Continues from the displaced poses, which are enough to establish an origin.
+OdometryScreen::Verdict OdometryScreen::settle() {
+  const Stamped<SE3>&first = displaced_.front(), &newest = displaced_.back();
+  if (steps_ < int(kNewOrigin)) {
+    restart();
+    return Verdict::wrong_start;
+  }
+  const auto distance = [&](const Stamped<SE3>& from) {
+    return (first.value.translation() - from.value.translation()).norm();
+  };
+  if (before_ && can_follow(before_->last, first) && distance(before_->last) <= kReturn * distance(*last_)) {
+    first_from_current_ = before_->first_from_it;
+    before_.reset();
+    restart();
+    return Verdict::returned;
+  }
+  before_ = Origin{*last_, first_from_current_};
+  excursion_begin_ = first.t;
+  bridged_ = (first.t - last_->t) * twist_;
+  first_from_current_ = first_from_current_ * last_->value * SE3::Exp(bridged_) * first.value.inverse();
+  const Stamped<SE3>& earlier = displaced_[displaced_.size() - 2];
+  twist_ = minus(newest.value, earlier.value) / (newest.t - earlier.t);
+  velocity_ = (newest.value.translation() - earlier.value.translation()) / (newest.t - earlier.t);
+  last_ = newest;
   displaced_.clear();
   return Verdict::new_origin;
+}
+
+/// Learns from the displaced poses only.
+void OdometryScreen::restart() {
+  last_.reset();
+  runs_ = {};
+  steps_ = 0;
+  speed_ = turn_rate_ = 0;
+  for (const Stamped<SE3>& pose : displaced_) learn(pose);
+  displaced_.clear();
 }
 
 namespace {
@@ -139,7 +172,15 @@ void screen_odometry(std::vector<Stamped<SE3>>& poses, std::vector<NavigationFin
       discard(frozen, pose.t);
       continue;
     }
-    if (verdict == OdometryScreen::Verdict::new_origin) {
+    using V = OdometryScreen::Verdict;
+    if (verdict == V::wrong_start || verdict == V::returned) {
+      const double begin = verdict == V::returned ? odometry.excursion_begin() : -HUGE_VAL;
+      const auto wrong = std::find_if(kept.begin(), kept.end(), [&](const Stamped<SE3>& k) { return k.t >= begin; });
+      for (auto it = wrong; it != kept.end(); ++it) discard(displaced, it->t);
+      kept.erase(wrong, kept.end());
+      std::erase_if(findings, [&](const NavigationFinding& f) { return f.kind == Kind::jump && f.from >= begin; });
+      for (const Stamped<SE3>& other : waiting) kept.push_back(odometry.continued(other));
+    } else if (verdict == V::new_origin) {
       for (const Stamped<SE3>& other : waiting) kept.push_back(odometry.continued(other));
       findings.push_back({Kind::jump, "odometry", 1, waiting.front().t, waiting.front().t});
     } else if (verdict == OdometryScreen::Verdict::use || odometry.displaced().size() == 1) {

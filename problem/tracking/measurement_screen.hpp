@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <cmath>
 #include <vector>
 
 #include <tandem/problem/navigation/navigation_checks.hpp>
@@ -19,12 +20,15 @@ class OdometryScreen {
  public:
   enum class Verdict {
     use,
-    missing,     ///< not finite, or farther than 1e8 m from the origin
-    displaced,   ///< farther from the last used pose than the vehicle can move
-    frozen,      ///< repeats a coordinate, although the vehicle moved too fast to stop there
-    new_origin,  ///< the fifth successive displaced pose that continues the others: the odometry has a new origin
+    missing,    ///< not finite, or farther than 1e8 m from the origin
+    displaced,  ///< farther from the last used pose than the vehicle can move
+    frozen,     ///< repeats a coordinate, although the vehicle moved too fast to stop there
+    // The fifth successive displaced pose that continues the others:
+    new_origin,   ///< the odometry has a new origin
+    wrong_start,  ///< the fewer poses before were wrong; discard them
+    returned,     ///< back at the origin before the last jump: the poses from excursion_begin() on were wrong
   };
-  /// Returns whether to use the pose. `new_origin` makes the displaced poses before it usable, too.
+  /// Returns whether to use the pose. The last three verdicts make the displaced poses before it usable, too.
   Verdict judge(const Stamped<SE3>& pose);
   /// Returns a pose relative to the first origin. After a jump, the odometry continues from the pose that its motion
   /// before the jump leads to.
@@ -33,12 +37,18 @@ class OdometryScreen {
   bool is_frozen() const { return frozen_; }
   /// Returns the displaced poses since the last used one.
   const std::vector<Stamped<SE3>>& displaced() const { return displaced_; }
+  /// Returns the time of the first pose after the last jump to a new origin [s].
+  double excursion_begin() const { return excursion_begin_; }
+  /// After Verdict::new_origin, returns the motion that was assumed across the jump [m, rad]; else zero.
+  const Vector<6>& bridged() const { return bridged_; }
   void clear() { *this = {}; }
 
  private:
   bool can_follow(const Stamped<SE3>& before, const Stamped<SE3>& after) const;
   void learn(const Stamped<SE3>& pose);
   bool repeats_coordinate(const Stamped<SE3>& pose);
+  Verdict settle();
+  void restart();
 
   std::optional<Stamped<SE3>> last_;
   std::vector<Stamped<SE3>> displaced_;
@@ -53,6 +63,14 @@ class OdometryScreen {
   std::array<Run, 3> runs_{};  // by coordinate
   bool frozen_ = false;
   SE3 first_from_current_{};  // present origin of the odometry in the frame of the first one
+  /// The last pose before the last jump, and the origin then.
+  struct Origin {
+    Stamped<SE3> last;
+    SE3 first_from_it;
+  };
+  std::optional<Origin> before_;
+  double excursion_begin_ = -HUGE_VAL;  // s
+  Vector<6> bridged_ = Vector<6>::Zero();
 };
 
 /// Discards poses and measurements with implausible values. Returns the findings.

@@ -35,7 +35,7 @@ std::optional<Innovation> normalized_innovation(const FixedLag& lag, const Block
   const Eigen::VectorXd e = at.residual.head(rows).cwiseQuotient(variances.cwiseSqrt());
   const Eigen::VectorXd scale = variances.cwiseSqrt().cwiseInverse();
   const Eigen::MatrixXd correlation = scale.asDiagonal() * S.topLeftCorner(rows, rows) * scale.asDiagonal();
-  return Innovation{e.cwiseAbs().maxCoeff(), e.dot(correlation.ldlt().solve(e)), rows};
+  return Innovation{e.cwiseAbs().maxCoeff(), e.dot(correlation.ldlt().solve(e)), rows, e};
 }
 
 }  // namespace tandem::detail

@@ -9,9 +9,10 @@ namespace tandem::detail {
 /// Normalised innovation of a measurement with the residual ν of covariance S = J P Jᵀ + R. R is the noise of the
 /// measurement, and P the covariance of its variables without it.
 struct Innovation {
-  double sigmas;      ///< largest |νᵢ| / √Sᵢᵢ
-  double nis;         ///< νᵀ S⁻¹ ν
-  Eigen::Index rows;  ///< rows of ν that count
+  double sigmas;                   ///< largest |νᵢ| / √Sᵢᵢ
+  double nis;                      ///< νᵀ S⁻¹ ν
+  Eigen::Index rows;               ///< rows of ν that count
+  Eigen::VectorXd standardised{};  ///< νᵢ / √Sᵢᵢ; empty if ν is not finite
 };
 
 /// Returns the normalised innovation of the first `rows` rows of a measurement. `block` must have been added after the

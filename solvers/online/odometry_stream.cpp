@@ -11,6 +11,17 @@ using Kind = Rejection::Kind;
 
 constexpr std::size_t kMaxOdometry = 4096;  // poses
 
+/// Returns why displaced poses from time t [s] on end the present window.
+std::string why_displaced(OdometryScreen::Verdict verdict, double t, double excursion_begin) {
+  const std::string at = " at " + seconds_text(t);
+  if (verdict == OdometryScreen::Verdict::returned)
+    return "odometry returned to its earlier origin" + at + "; its poses since " + seconds_text(excursion_begin) +
+           " were wrong";
+  if (verdict == OdometryScreen::Verdict::wrong_start)
+    return "the poses of odometry before the one" + at + " were wrong";
+  return "odometry jumped to a new origin" + at + " and continues from the pose expected there";
+}
+
 }  // namespace
 
 std::optional<Rejection> OnlineEstimator::Streams::add_odometry(const Stamped<SE3>& pose) {
@@ -22,7 +33,8 @@ std::optional<Rejection> OnlineEstimator::Streams::add_odometry(const Stamped<SE
     return Rejection{Kind::invalid_time, *why};
   const std::vector<Stamped<SE3>> displaced = odometry_screen_.displaced();
   const bool was_frozen = odometry_screen_.is_frozen();
-  switch (odometry_screen_.judge(pose)) {
+  const OdometryScreen::Verdict verdict = odometry_screen_.judge(pose);
+  switch (verdict) {
     case OdometryScreen::Verdict::missing:
       return Rejection{Kind::implausible, "odometry: the pose at " + seconds_text(pose.t) + " is implausible", pose.t};
     case OdometryScreen::Verdict::displaced:
@@ -36,10 +48,11 @@ std::optional<Rejection> OnlineEstimator::Streams::add_odometry(const Stamped<SE
           "odometry: rejected a pose at " + seconds_text(pose.t) + " " + std::string(text(ReadingFault::frozen)),
           pose.t};
     case OdometryScreen::Verdict::new_origin:
+    case OdometryScreen::Verdict::wrong_start:
+    case OdometryScreen::Verdict::returned:
       if (window_->started())
-        reset_window(TrackReset::Kind::contradicted, "odometry jumped to a new origin at " +
-                                                         seconds_text(displaced.front().t) +
-                                                         " and continues from the pose expected there");
+        reset_window(TrackReset::Kind::contradicted,
+                     why_displaced(verdict, displaced.front().t, odometry_screen_.excursion_begin()));
       odometry_.clear();
       for (const Stamped<SE3>& other : displaced) odometry_.push_back(odometry_screen_.continued(other));
       break;

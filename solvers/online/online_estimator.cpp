@@ -117,6 +117,10 @@ std::optional<RelativeTarget> OnlineEstimator::relative_target(double h) const {
   return streams_->window().relative_target(h);
 }
 OnlineEstimator::Covariance OnlineEstimator::covariance() const { return streams_->window().covariance(); }
+bool OnlineEstimator::uses_hypotheses() const { return streams_->window().uses_hypotheses(); }
+std::optional<TargetState> OnlineEstimator::window_target(double h) const {
+  return streams_->window().window_target(h);
+}
 OnlineEstimator::Instant OnlineEstimator::at(double t) const { return streams_->at(t); }
 std::vector<OnlineEstimator::SensorError> OnlineEstimator::sensor_errors() const {
   return streams_->window().sensor_errors();

@@ -151,6 +151,11 @@ class OnlineEstimator {
     Eigen::MatrixXd joint;           ///< joint covariance of [chaser; target]
   };
   Covariance covariance() const;
+  /// Returns whether motion hypotheses give target(), predictions and relative positions.
+  bool uses_hypotheses() const;
+  /// Returns the target of the window, to which covariance() belongs, at the newest keyframe. With h > 0, it moves on
+  /// for h seconds with its twist of the last second.
+  std::optional<TargetState> window_target(double h = 0) const;
 
   /// Chaser and target at an instant.
   struct Instant {

@@ -37,8 +37,7 @@ TargetState OnlineWindow::target_from_hypotheses(double h) const {
   const TargetMoments m = hypotheses_->at(newest() + h);
   const SE3 to_world = world_from_dead_reckoning();
   TargetState state(to_world.act(m.position));
-  const auto held =
-      of_target([&](const auto& w) { return std::optional(w.target(w.size() - 1)); }, std::optional<TargetState>());
+  const auto held = window_target(0);
   const bool measured = h == 0 && newest_type() == KeyframeType::pose;
   if (m.heading && !measured)
     state.rotation = to_world.rotation() * SO3::Exp({0, 0, *m.heading});
@@ -56,8 +55,7 @@ void OnlineWindow::restore(const MotionHypotheses::Checkpoint& checkpoint) {
 }
 
 std::optional<TargetState> OnlineWindow::target() const {
-  if (uses_hypotheses()) return target_from_hypotheses(0);
-  return of_target([](const auto& w) { return std::optional(w.target(w.size() - 1)); }, std::optional<TargetState>());
+  return uses_hypotheses() ? target_from_hypotheses(0) : window_target(0);
 }
 
 std::optional<Vector<3>> OnlineWindow::target_velocity() const {
@@ -68,13 +66,14 @@ std::optional<Vector<3>> OnlineWindow::target_velocity() const {
 std::optional<TargetState> OnlineWindow::predicted_target(double h) const {
   if (uses_hypotheses()) return target_from_hypotheses(h);
   if (const auto ahead = forecast(h)) return ahead->state;
-  return extrapolated_target(h);
+  return window_target(h);
 }
 
-/// Extrapolates the target with its last twist; used without a covariance.
-std::optional<TargetState> OnlineWindow::extrapolated_target(double h) const {
-  return of_target([&](const auto& w) { return std::optional(w.predicted(newest() + h)); },
-                   std::optional<TargetState>());
+/// Returns the target without hypotheses, h seconds after the newest keyframe with its last twist.
+std::optional<TargetState> OnlineWindow::window_target(double h) const {
+  return of_target(
+      [&](const auto& w) { return std::optional(h == 0 ? w.target(w.size() - 1) : w.predicted(newest() + h)); },
+      std::optional<TargetState>());
 }
 
 /// Returns the covariance of the target's newest position along the chaser's axes, from the window. Empty after a
@@ -129,7 +128,7 @@ std::optional<RelativeTarget> OnlineWindow::relative_target(double h) const {
   }
   if (const auto ahead = forecast(h))
     return RelativeTarget{seen_from.inverse().act(ahead->state.position), ahead->covariance};
-  const auto there = h == 0 ? target() : extrapolated_target(h);
+  const auto there = window_target(h);
   if (!there) return {};
   RelativeTarget relative{seen_from.inverse().act(there->position)};
   if (h == 0) relative.covariance = relative_covariance();

@@ -56,10 +56,30 @@ EgoStateSigmas sigmas_without_sensor(EgoSensorType type) {
 void OnlineEstimator::Streams::make_window() {
   OnlineOptions options = options_;
   if (imu_excluded_) options.lag.window = std::min(options.lag.window, kWindowWithoutImu);
-  window_ = std::make_unique<detail::OnlineWindow>(settings_, ego_ ? &*ego_ : nullptr, options);
+  TrackingData settings = settings_;
+  if (start_sigma_.size() > 0) settings.noise.prior = start_sigma_;
+  window_ = std::make_unique<detail::OnlineWindow>(settings, ego_ ? &*ego_ : nullptr, options);
   window_->on_leave = [this](const Stamped<EgoState>& state) {
     if (hooks_.on_leave) hooks_.on_leave(state);
   };
+}
+
+/// Adds the variances of the chaser's newest pose, and of the motion assumed across a jump of its odometry, to those of
+/// the first pose in the next window.
+void OnlineEstimator::Streams::widen_start() {
+  const Eigen::VectorXd& given = settings_.noise.prior;
+  Eigen::VectorXd variances = given.cwiseAbs2();
+  try {
+    variances = variances.cwiseMax(window_->covariance().chaser.diagonal());
+  } catch (const NumericalError&) {  // no covariance after a failed update
+    if (start_sigma_.size() > 0) variances = start_sigma_.cwiseAbs2();
+  }
+  const Vector<6>& gap = odometry_screen_.bridged();
+  if (settings_.planar)
+    variances += Vector<3>(gap[0], gap[1], gap[5]).cwiseAbs2();
+  else
+    variances += gap.cwiseAbs2();
+  start_sigma_ = variances.cwiseSqrt();
 }
 
 /// Reports a reset, and discards what belongs to the old estimate except for the window.
@@ -75,7 +95,13 @@ void OnlineEstimator::Streams::begin_reset(TrackReset::Kind kind, std::string wh
 void OnlineEstimator::Streams::reset_window(TrackReset::Kind kind, std::string why, const EgoStateSigmas& min_sigmas,
                                             Chaser chaser) {
   begin_reset(kind, std::move(why));
-  if (!window_->has_chain()) return make_window();
+  if (!window_->has_chain()) {
+    if (kind == TrackReset::Kind::time_reset)
+      start_sigma_ = {};
+    else if (!ego_)
+      widen_start();
+    return make_window();
+  }
   Alignment start{.t = window_->newest(),
                   .state = window_->chaser(),
                   .sigmas = state_sigmas(window_->own_keyframe(HUGE_VAL), min_sigmas).value_or(min_sigmas)};

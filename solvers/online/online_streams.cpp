@@ -14,8 +14,10 @@ using detail::seconds_text;
 using MaybeRejection = std::optional<Rejection>;
 using Kind = Rejection::Kind;
 
-constexpr double kCoarse = 5.0;     // duration of the coarse alignment [s]
-constexpr int kTargetSubject = -1;  // HealthMonitor subject of target sensors
+constexpr double kCoarse = 5.0;      // duration of the coarse alignment [s]
+constexpr double kLagMemory = 60.0;  // time constant after which a shorter lag of the IMU is believed [s]
+constexpr double kLagMargin = 1.5;   // multiple of the IMU's lag for which its samples are awaited
+constexpr int kTargetSubject = -1;   // HealthMonitor subject of target sensors
 
 TrackingData without_measurements(TrackingData data) {
   for (TargetSensor& sensor : data.sensors) sensor.measurements.clear();
@@ -86,6 +88,7 @@ MaybeRejection OnlineEstimator::Streams::add_imu(const ImuSample& sample) {
                      name + ": the sample at " + seconds_text(sample.t) + " is not later than the previous one"};
   if (auto why = queue_.why_invalid_stamp(name, sample.t, window_->started()))
     return Rejection{Kind::invalid_time, *why};
+  learn_imu_lag(sample.t);
   ImuSample judged = sample;
   if (const auto fault = imu_screen_->judge(judged)) {
     process_until(sample.t);  // time advances although the value is rejected
@@ -176,7 +179,20 @@ double OnlineEstimator::Streams::motion_end() const {
   if (finished_) return HUGE_VAL;
   if (!ego_) return odometry_.empty() ? -HUGE_VAL : odometry_.back().t;
   if (!uses_imu()) return queue_.clock();
-  return queue_.clock() - last_imu_ > ego_->imu->max_gap ? queue_.clock() : last_imu_;
+  return queue_.clock() - last_imu_ > imu_wait() ? queue_.clock() : last_imu_;
+}
+
+/// Records how far the clock is ahead of a new sample. Samples may arrive late or in packets.
+void OnlineEstimator::Streams::learn_imu_lag(double t) {
+  const double clock = queue_.clock();
+  if (!std::isfinite(clock)) return;
+  imu_lag_ = std::max(imu_lag_ * std::exp(-std::max(0.0, clock - imu_lag_at_) / kLagMemory), clock - t);
+  imu_lag_at_ = clock;
+}
+
+/// Returns the time for which the next IMU sample is awaited before the chaser coasts [s].
+double OnlineEstimator::Streams::imu_wait() const {
+  return std::max(ego_->imu->max_gap, std::min(kLagMargin * imu_lag_, options_.lag.window));
 }
 
 /// Returns the latest time of a keyframe without measurements [s].
@@ -218,7 +234,7 @@ void OnlineEstimator::Streams::process() {
 
 /// Initialises the chaser when there is enough data for the alignment. Returns whether it was initialised.
 bool OnlineEstimator::Streams::start_chaser() {
-  const double patience = ego_->imu ? ego_->imu->max_gap : 0;
+  const double patience = ego_->imu ? imu_wait() : 0;
   const bool known = start_ && queue_.clock() > start_->t + patience;  // no measurement is needed for the start
   const double first = start_time(alignment_data_).value_or(known ? start_->t : HUGE_VAL);
   if (!std::isfinite(first)) return false;
@@ -320,7 +336,9 @@ bool OnlineEstimator::Streams::apply_gate(std::size_t index, const std::string& 
 
 void OnlineEstimator::Streams::reject(const std::string& name, double t) {
   std::string why = name + ": cannot use the measurement valid at " + seconds_text(t);
-  if (!window_->has_target() && !settings_.sensors.empty())
+  const bool of_target = std::any_of(settings_.sensors.begin(), settings_.sensors.end(),
+                                     [&](const TargetSensor& s) { return s.name == name; });
+  if (of_target && !window_->has_target())
     why += "; a position measurement is needed to initialise the target, within the chaser's known motion";
   reject(name, {Kind::unusable, std::move(why)});
 }

@@ -79,6 +79,8 @@ class OnlineEstimator::Streams {
   void reject(const std::string& name, double t);
   void reject(const std::string& name, const Rejection& why);
   double motion_end() const;
+  void learn_imu_lag(double t);
+  double imu_wait() const;
   double keyframe_limit() const;
   detail::NextStep next() const;
   void process();
@@ -91,6 +93,7 @@ class OnlineEstimator::Streams {
   void soften_constraints();
   void reset_now();
   void make_window();
+  void widen_start();
   bool tries_imu() const;
   bool exclude_imu(std::optional<double> since, double t);
   void readmit_imu(double t);
@@ -125,6 +128,7 @@ class OnlineEstimator::Streams {
   detail::HealthMonitor health_;
   std::vector<Stamped<SE3>> odometry_;
   OdometryScreen odometry_screen_;
+  Eigen::VectorXd start_sigma_;  // of the first chaser pose of a window after a reset; only with odometry
   std::optional<ImuScreen> imu_screen_;
   std::vector<ReadingScreen> screens_;                      // by index of the health monitor
   std::vector<std::optional<EgoMeasurement>> newest_ego_;   // newest plausible measurement of each own sensor
@@ -133,8 +137,9 @@ class OnlineEstimator::Streams {
   double next_imu_trial_ = -HUGE_VAL, imu_trial_wait_ = 0;  // s
   std::vector<std::pair<double, double>> imu_exclusions_;   // start and end [s]
   double last_imu_ = -HUGE_VAL;
-  double aligned_ = -HUGE_VAL;  // time of the last alignment [s]
-  MaybeRejection rejected_;     // rejection of the current call
+  double imu_lag_ = 0, imu_lag_at_ = -HUGE_VAL;  // s: largest recent lag of new samples behind the clock, and its clock
+  double aligned_ = -HUGE_VAL;                   // time of the last alignment [s]
+  MaybeRejection rejected_;                      // rejection of the current call
   bool finished_ = false;
   bool changing_ = false;         // Within change() or reset().
   bool reset_requested_ = false;  // Requested by a hook.

@@ -114,7 +114,7 @@ bool OnlineWindow::update_covariance() {
 bool OnlineWindow::passes(const Block& block, Eigen::Index rows, bool use_gate, Outcome& outcome) try {
   NormalizedInnovation& of = outcome.innovation;
   if (const auto innovation = use_gate ? normalized_innovation(lag_, block, rows) : std::nullopt) {
-    of = {innovation->sigmas, innovation->nis, std::size_t(innovation->rows)};
+    of = {innovation->sigmas, innovation->nis, std::size_t(innovation->rows), innovation->standardised};
     if (const Loss loss = lag_.problem().loss(block); loss.kind != Loss::Kind::none) {
       of.down_weighted = loss(of.nis).d1 < kDownweightThreshold;
       of.expected_down_weighted = expectations_(loss, int(rows)).down_weighted;

@@ -70,6 +70,8 @@ class OnlineWindow {
   std::optional<TargetState> predicted_target(double h) const;
   std::optional<RelativeTarget> relative_target(double h) const;
   OnlineEstimator::Covariance covariance() const;
+  bool uses_hypotheses() const { return has_target() && hypotheses_ && hypotheses_->started(); }
+  std::optional<TargetState> window_target(double h) const;
   // Only if has_chain(): the last keyframe at or before t, or the oldest; its state and covariance.
   const EgoKeyframe& own_keyframe(double t) const;
   EgoState own_state(const EgoKeyframe& keyframe) const { return chain_->state(keyframe); }
@@ -108,7 +110,6 @@ class OnlineWindow {
         target_);
   }
 
-  bool uses_hypotheses() const { return has_target() && hypotheses_ && hypotheses_->started(); }
   SE3 world_from_dead_reckoning() const;
   TargetState target_from_hypotheses(double h) const;
   std::optional<Matrix<3, 3>> relative_covariance() const;
@@ -117,7 +118,6 @@ class OnlineWindow {
     Matrix<3, 3> covariance;  // covariance of the position relative to the newest chaser pose
   };
   std::optional<Forecast> forecast(double h) const;
-  std::optional<TargetState> extrapolated_target(double h) const;
   void add_fix_to_hypotheses(std::size_t sensor, const Measurement& m);
 
   OnlineEstimator::Instant at(double t, const std::vector<Stamped<SE3>>& odometry,

@@ -30,6 +30,22 @@ namespace {
 constexpr std::size_t kMaxVerdicts = 4096;
 constexpr std::size_t kMinUpdates = 10;
 constexpr double kAbsence = 30;  // s
+constexpr std::size_t kWorst = 5;
+
+void add_innovation(SensorHealth& s, double t, const NormalizedInnovation& innovation) {
+  const Eigen::VectorXd& e = innovation.standardised;
+  if (e.size() == 0) return;
+  if (!innovation.down_weighted) {
+    s.innovations.resize(std::max(s.innovations.size(), std::size_t(e.size())));
+    for (Eigen::Index i = 0; i < e.size(); ++i) s.innovations[std::size_t(i)].add(e[i]);
+  }
+  Eigen::Index row = 0;
+  const double size = e.cwiseAbs().maxCoeff(&row);
+  const auto place = std::find_if(s.worst.begin(), s.worst.end(),
+                                  [&](const WorstMeasurement& w) { return std::abs(w.residual) < size; });
+  s.worst.insert(place, {t, std::size_t(row), e[row]});
+  if (s.worst.size() > kWorst) s.worst.pop_back();
+}
 
 }  // namespace
 
@@ -56,6 +72,7 @@ void HealthMonitor::used(std::size_t sensor, double t, const NormalizedInnovatio
   s.nis_rows += innovation.rows;
   s.down_weighted += innovation.down_weighted;
   s.expected_down_weighted += innovation.expected_down_weighted;
+  add_innovation(s, t, innovation);
   add_verdict(sensor, t, false);
 }
 

@@ -9,6 +9,8 @@
 #include <vector>
 
 #include <tandem/lie/error.hpp>
+#include <tandem/lie/types.hpp>
+#include <tandem/solvers/residual_series.hpp>
 
 namespace tandem {
 
@@ -56,6 +58,9 @@ struct SensorHealth {
   /// Used measurements whose NIS the robust loss gives a weight below kDownweightThreshold, and their expected number.
   std::size_t down_weighted = 0;
   double expected_down_weighted = 0;
+  /// Standardised innovations νᵢ / √Sᵢᵢ of the used measurements that are not down-weighted, by row.
+  std::vector<ResidualMoments> innovations;
+  std::vector<WorstMeasurement> worst;  ///< at most five used measurements, that with the largest innovation first
 };
 
 /// Reliability of the newest state.
@@ -111,6 +116,7 @@ struct NormalizedInnovation {
   std::optional<double> sigmas{};     ///< largest |νᵢ| / √Sᵢᵢ; empty without a covariance
   double nis = 0;                     ///< νᵀ S⁻¹ ν
   std::size_t rows = 0;               ///< rows of ν; 0 without a covariance
+  Eigen::VectorXd standardised{};     ///< νᵢ / √Sᵢᵢ; empty without a finite one
   bool down_weighted = false;         ///< the robust loss gives the NIS a weight below kDownweightThreshold
   double expected_down_weighted = 0;  ///< probability of that if the noise is as stated
 };

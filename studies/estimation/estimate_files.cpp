@@ -102,9 +102,7 @@ CsvTable<CrossRow> cross_columns() {
       table.add(
           "c" + std::to_string(i + 1) + std::to_string(j + 1),
           "covariance of row i of the chaser with row j of the target, as in their files; three columns for a point",
-          [i, j](const CrossRow& r) {
-            return i < r.covariance.rows() && j < r.covariance.cols() ? CsvCell(r.covariance(i, j)) : CsvCell();
-          });
+          [i, j](const CrossRow& r) { return entry_cell(r.covariance, i, j); });
   return table;
 }
 

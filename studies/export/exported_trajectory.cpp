@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -10,6 +11,7 @@
 #include <tandem/studies/scenario/yaml_section.hpp>
 #include <tandem/studies/support/input_file.hpp>
 #include <tandem/studies/support/text.hpp>
+#include <tandem/studies/support/tum.hpp>
 
 namespace tandem {
 namespace {
@@ -28,14 +30,17 @@ ExportedTrajectory read_tum_file(const fs::path& file) {
   ExportedTrajectory trajectory{file.stem().string(), {}};
   InputFile stream(file);
   int number = 0;
+  bool oriented = true;  // the next row
   for (std::string line; std::getline(stream, line);) {
     ++number;
+    if (trimmed(line) == tum_no_orientation) oriented = false;
     if (trimmed(line).empty() || trimmed(line).front() == '#') continue;
     const std::vector<double> v = numbers(line, ' ');
     if (v.size() != 8 || !std::isfinite(v[0] + v[1] + v[2] + v[3]))
       throw Error(fmt::format("{}:{}: expected t x y z qx qy qz qw", file.string(), number));
     ExportedPose pose{v[0], {v[1], v[2], v[3]}, {}};
-    if (std::isfinite(v[4] + v[5] + v[6] + v[7])) pose.orientation = {v[4], v[5], v[6], v[7]};
+    if (std::exchange(oriented, true) && std::isfinite(v[4] + v[5] + v[6] + v[7]))
+      pose.orientation = {v[4], v[5], v[6], v[7]};
     trajectory.poses.push_back(std::move(pose));
   }
   return trajectory;

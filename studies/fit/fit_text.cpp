@@ -4,13 +4,20 @@
 #include <fmt/format.h>
 
 #include <tandem/studies/fit/fit_text.hpp>
+#include <tandem/studies/support/text.hpp>
 #include <tandem/studies/support/text_table.hpp>
 
 namespace tandem {
 namespace {
 
-/// A component of a sensor with its residuals.
-using NamedSeries = std::pair<std::string, ResidualSeries>;
+/// Statistics of the residuals of a component.
+struct ShownSeries {
+  double mean, spread, correlation;
+};
+ShownSeries shown(const SensorFit& s, std::size_t component) {
+  const auto of = [](const auto& x) { return ShownSeries{x.mean(), x.spread(), x.correlation()}; };
+  return s.series.empty() ? of(s.moments[component]) : of(s.series[component]);
+}
 
 struct NamedWorst {
   std::string component;
@@ -31,12 +38,17 @@ std::string fit_text(const FitReport& fit) {
                    {"lag-1 correlation"},
                    {"largest residual"}});
   for (const SensorFit& s : fit.sensors) {
-    if (s.used + s.rejected == 0 || s.components.empty()) continue;
+    if (s.used + s.rejected == 0) continue;
+    if (s.components.empty()) {
+      table.row({printable(s.name), std::to_string(s.used), std::to_string(s.rejected), std::to_string(s.down_weighted),
+                 "–", "–", "–", "–", "–"});
+      continue;
+    }
     const std::size_t c = s.worst_component();
-    const ResidualSeries& series = s.series[c];
-    table.row({s.name, std::to_string(s.used), std::to_string(s.rejected), std::to_string(s.down_weighted),
-               s.components[c], fmt::format("{:+.2f}", series.mean()), fmt::format("{:.2f}", series.spread()),
-               fmt::format("{:.2f}", series.correlation()),
+    const ShownSeries series = shown(s, c);
+    table.row({printable(s.name), std::to_string(s.used), std::to_string(s.rejected), std::to_string(s.down_weighted),
+               s.components[c], fmt::format("{:+.2f}", series.mean), fmt::format("{:.2f}", series.spread),
+               fmt::format("{:.2f}", series.correlation),
                s.worst.empty() ? "–"
                                : fmt::format("{:+.1f} ({} at {:.3f} s)", s.worst[0].residual,
                                              s.components[s.worst[0].component], s.worst[0].t)});
@@ -47,15 +59,16 @@ std::string fit_text(const FitReport& fit) {
 }
 
 JsonFields<FitReport> fit_fields() {
-  const auto series = JsonFields<NamedSeries>()
-                          .add("mean", "mean of the standardised residuals; 0 if consistent",
-                               [](const NamedSeries& s) { return s.second.mean(); })
-                          .add("sigma", "their standard deviation; 1 if consistent",
-                               [](const NamedSeries& s) { return s.second.spread(); })
-                          .add("correlation", "their autocorrelation at lag 1; 0 if consistent",
-                               [](const NamedSeries& s) { return s.second.correlation(); });
+  const auto series =
+      JsonFields<ShownSeries>()
+          .add("mean", "mean of the standardised residuals; 0 if consistent",
+               [](const ShownSeries& s) { return s.mean; })
+          .add("sigma", "their standard deviation; 1 if consistent", [](const ShownSeries& s) { return s.spread; })
+          .add("correlation", "their autocorrelation at lag 1; 0 if consistent",
+               [](const ShownSeries& s) { return s.correlation; });
   const auto worst = JsonFields<NamedWorst>()
-                         .add("t", "stamp of the measurement [s]", [](const NamedWorst& w) { return w.worst.t; })
+                         .add("t", "stamp of the measurement; of tandem track, the time at which it was valid [s]",
+                              [](const NamedWorst& w) { return w.worst.t; })
                          .add("component", "component of the sensor", [](const NamedWorst& w) { return w.component; })
                          .add("residual", "residual in expected standard deviations",
                               [](const NamedWorst& w) { return w.worst.residual; });
@@ -71,9 +84,9 @@ JsonFields<FitReport> fit_fields() {
           .add_map("components", "COMPONENT", "standardised residuals of the measurements that are not down-weighted",
                    series,
                    [](const SensorFit& s) {
-                     std::vector<std::pair<std::string, NamedSeries>> all;
-                     for (std::size_t c = 0; c < s.series.size(); ++c)
-                       all.emplace_back(s.components[c], NamedSeries(s.components[c], s.series[c]));
+                     std::vector<std::pair<std::string, ShownSeries>> all;
+                     for (std::size_t c = 0; c < s.components.size(); ++c)
+                       all.emplace_back(s.components[c], shown(s, c));
                      return all;
                    })
           .add_list("worst", "the five measurements with the largest residuals", worst,

@@ -47,6 +47,16 @@ Components ego_components(const EgoSensor& sensor) {
   return point_components(false);
 }
 
+std::vector<std::string> component_names(const EgoSensor& sensor, bool north_east) {
+  std::vector<std::string> all = names(ego_components(sensor));
+  if (north_east && sensor.type->reading == EgoReading::world_vector) std::swap(all[0], all[1]);
+  return all;
+}
+
+std::vector<std::string> component_names(const TargetSensor& sensor, bool planar) {
+  return names(sensor_components(sensor.type, planar));
+}
+
 /// Entries of TrackingNoise that belong to motion, not to constraints.
 constexpr std::array<std::string_view, 4> kMotionNoises = {"odometry", "constant_twist", "constant_velocity",
                                                            "acceleration"};
@@ -54,7 +64,7 @@ constexpr std::array<std::string_view, 4> kMotionNoises = {"odometry", "constant
 JudgedMeasurements judged_measurements(const Scenario& scenario, const TrackingProblem& built) {
   JudgedMeasurements judged;
   for (const TargetSensor& sensor : scenario.data.sensors)
-    judged.sensors.push_back({sensor.name, names(sensor_components(sensor.type, scenario.data.planar))});
+    judged.sensors.push_back({sensor.name, component_names(sensor, scenario.data.planar)});
   const int rotation = scenario.data.planar ? 2 : 3;  // first orientation row of a pose
   for (const PlacedMeasurement& m : built.measurements) {
     const double t = scenario.data.sensors[m.sensor].measurements[m.index].t;
@@ -73,11 +83,8 @@ JudgedMeasurements judged_measurements(const Scenario& scenario, const TrackingP
 void add_own_sensors(const NavigationData& data, const std::vector<PlacedEgoMeasurement>& placed, bool north_east,
                      JudgedMeasurements& judged) {
   const std::size_t first = judged.sensors.size();
-  for (const EgoSensor& sensor : data.sensors) {
-    JudgedSensor& added = judged.sensors.emplace_back(JudgedSensor{sensor.name, names(ego_components(sensor))});
-    if (north_east && sensor.type->reading == EgoReading::world_vector)
-      std::swap(added.components[0], added.components[1]);
-  }
+  for (const EgoSensor& sensor : data.sensors)
+    judged.sensors.push_back({sensor.name, component_names(sensor, north_east)});
   for (const PlacedEgoMeasurement& m : placed)
     if (m.block) judged.blocks.push_back({first + m.sensor, m.t, *m.block});
 }

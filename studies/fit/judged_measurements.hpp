@@ -25,6 +25,12 @@ Components sensor_components(SensorType type, bool planar);
 /// Returns the components of the residual of one of the chaser's own sensors.
 Components ego_components(const EgoSensor& sensor);
 
+/// Returns the names of the components of one of the chaser's own sensors. If `north_east` is true, the files give world
+/// positions as north, east, down.
+std::vector<std::string> component_names(const EgoSensor& sensor, bool north_east);
+/// Returns the names of the components of a target sensor.
+std::vector<std::string> component_names(const TargetSensor& sensor, bool planar);
+
 /// The sensors of a problem and their residual blocks, for fit_report().
 struct JudgedMeasurements {
   std::vector<JudgedSensor> sensors;

@@ -25,7 +25,8 @@ constexpr const char* kNotReached = "after the last keyframe of the track";
 
 using Clock = std::chrono::steady_clock;
 
-std::string reason_of(Rejection::Kind kind, bool has_target) {
+/// `awaits_target`: the measurement is of a target that is not initialised.
+std::string reason_of(Rejection::Kind kind, bool awaits_target) {
   switch (kind) {
     case Rejection::Kind::not_in_use:
       return "sensor not in use";
@@ -41,7 +42,7 @@ std::string reason_of(Rejection::Kind kind, bool has_target) {
     case Rejection::Kind::unusable:
       break;
   }
-  return has_target ? "not usable at its time" : "before the first position of the target";
+  return awaits_target ? "before the first position of the target" : "not usable at its time";
 }
 
 ReplayLog::Options log_options(const OnlineOptions& online, bool odometry) {
@@ -68,6 +69,7 @@ class Tracker {
         estimator_(settings.data, result_.by_odometry ? std::nullopt : settings.navigation,
                    with_start(options.online, resume)),
         log_(log_options(options.online, result_.by_odometry), resume ? resume->snapshot.start : std::nullopt) {
+    result_.components = watched_components(settings);
     for (const double t : options.at) result_.at.push_back({.t = t, .note = kNotReached});
     pending_at_.resize(options.at.size());
     std::iota(pending_at_.begin(), pending_at_.end(), std::size_t(0));
@@ -236,7 +238,9 @@ class Tracker {
   /// Counts a rejected line, and reports it if its value is wrong.
   void report(const std::string& sensor, const Rejection& why) {
     if (replaying_) return;
-    result_.rejected_lines.add(sensor, reason_of(why.kind, estimator_.has_target()));
+    const bool of_target = std::any_of(settings_.data.sensors.begin(), settings_.data.sensors.end(),
+                                       [&](const TargetSensor& s) { return s.name == sensor; });
+    result_.rejected_lines.add(sensor, reason_of(why.kind, of_target && !estimator_.has_target()));
     if (why.kind == Rejection::Kind::implausible || why.kind == Rejection::Kind::outside_gate) warn(sensor, why.text);
   }
   void warn(const std::string& sensor, const std::string& sentence) {
@@ -271,13 +275,20 @@ class Tracker {
   }
 
   void add_live(TrackRecord& record) const {
-    constexpr double kSecond = 1;
+    static constexpr double kSecond = 1;
     const SE3 chaser = estimator_.chaser().pose;
     record.live.chaser_twist = (chaser.inverse() * estimator_.predicted_chaser(kSecond)).Log() / kSecond;
-    const auto now = estimator_.target(), next = estimator_.predicted_target(kSecond);
-    if (now && next && now->rotation && next->rotation)
-      record.live.target_twist =
-          (SE3(*now->rotation, now->position).inverse() * SE3(*next->rotation, next->position)).Log() / kSecond;
+    const auto twist = [](const auto& now, const auto& next) -> std::optional<Vector<6>> {
+      if (!now || !next || !now->rotation || !next->rotation) return {};
+      return (SE3(*now->rotation, now->position).inverse() * SE3(*next->rotation, next->position)).Log() / kSecond;
+    };
+    record.live.target_twist = twist(estimator_.target(), estimator_.predicted_target(kSecond));
+    if (estimator_.uses_hypotheses()) {
+      auto& window = record.live.window_target = estimator_.window_target();
+      record.live.window_twist = twist(window, estimator_.window_target(kSecond));
+      window->position = to_world_.act(window->position);
+      if (window->rotation) window->rotation = to_world_.rotation() * *window->rotation;
+    }
     if (!options_.live_covariance) return;
     try {
       const OnlineEstimator::Covariance c = estimator_.covariance();
@@ -374,14 +385,6 @@ class Tracker {
 };
 
 }  // namespace
-
-std::vector<std::string> watched_sensors(const Scenario& settings) {
-  std::vector<std::string> names;
-  if (!moves_by_odometry(settings))
-    for (const EgoSensor& sensor : settings.navigation->sensors) names.push_back(sensor.name);
-  for (const TargetSensor& sensor : settings.data.sensors) names.push_back(sensor.name);
-  return names;
-}
 
 Track track(const Scenario& settings, const TrackOptions& options, OnlineFeed& feed,
             const std::function<void(const TrackRecord&)>& each, const std::optional<TrackResumePoint>& resume) {

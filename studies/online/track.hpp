@@ -48,6 +48,7 @@ struct Track {
   bool ended = false;  ///< whether the feed reached its end
   RejectedLines rejected_lines;
   TrackHealth health;                                               ///< at the end
+  std::vector<std::vector<std::string>> components;                 ///< names of the components of each of its sensors
   std::vector<SystematicErrorEstimate> errors;                      ///< systematic errors of sensors, at the end
   std::optional<FaultyIntervalDetector::Interval> faulty_interval;  ///< the longest one, if any
   /// States at TrackOptions::at, in their order. Each is that of the first update whose newest keyframe is not earlier.
@@ -57,6 +58,8 @@ struct Track {
 
 /// Returns the names of the sensors in a track's health, in the order of TrackHealth::sensors.
 std::vector<std::string> watched_sensors(const Scenario& settings);
+/// Returns the names of the components of each of them.
+std::vector<std::vector<std::string>> watched_components(const Scenario& settings);
 
 /// State of an earlier process, from which track() continues.
 struct TrackResumePoint {

@@ -146,7 +146,7 @@ JsonFields<Document> track_fields() {
       .add_list("sensors", "use of each sensor", sensor_fields(),
                 [](const D& d) -> const std::vector<SensorHealth>& { return d.track.health.sensors; })
       .add_object("fit", "agreement of the innovations with the stated noise; the cost is half the sum of the NIS",
-                  fit_fields(), [](const D& d) { return track_fit(d.track.health); })
+                  fit_fields(), [](const D& d) { return track_fit(d.track.health, d.track.components); })
       .add_object("unreliable",
                   "the longest interval in which the track was unreliable, if it is --bad-after or longer",
                   unreliable_fields(), [](const D& d) { return d.track.faulty_interval; })

@@ -47,6 +47,11 @@ std::vector<Numbers> rows(const Eigen::MatrixXd& M) {
   return result;
 }
 
+/// Returns the target to which the covariance belongs.
+const TargetState& of_covariance(const TrackRecord& record) {
+  return record.live.window_target ? *record.live.window_target : *record.target;
+}
+
 /// Returns the joint covariance in the axes of the scenario's files.
 Eigen::MatrixXd in_axes(const Frame& frame, const TrackRecord& record) {
   const Eigen::MatrixXd& S = record.live.covariance;
@@ -57,7 +62,7 @@ Eigen::MatrixXd in_axes(const Frame& frame, const TrackRecord& record) {
     const Matrix<3, 3> body = frame.body_axes();
     if (size == 6) {
       A.block<3, 3>(first, first) = A.block<3, 3>(first + 3, first + 3) = body;
-    } else if (first == 0 || (record.target->rotation && size == chaser)) {  // planar: x, y and the heading
+    } else if (first == 0 || (of_covariance(record).rotation && size == chaser)) {  // planar: x, y and the heading
       A.diagonal().segment<3>(first) << 1, -1, -1;
     } else {
       A.block(first, first, size, size) = frame.world_axes().topLeftCorner(size, size);
@@ -74,6 +79,40 @@ using Rows = std::optional<std::vector<Numbers>>;
 Rows covariance_rows(const Line& l, LineCovariance wanted, Eigen::Index first, Eigen::Index size) {
   if (l.covariance != wanted || l.record.live.covariance.size() == 0 || size <= 0) return {};
   return rows(in_axes(l.frame, l.record).block(first, first, size, size));
+}
+
+std::optional<Numbers> quaternion(const Frame& frame, const TargetState& target) {
+  if (!target.rotation) return {};
+  return numbers(frame.world(SE3(*target.rotation, Vector<3>::Zero())).rotation());
+}
+
+constexpr const char* kJoint =
+    "joint covariance of [chaser; target], by rows, for right perturbations: of a pose, the translation [m] then the "
+    "rotation vector [rad] in its body's axes; of a target without orientation, its position in the scenario's axes; "
+    "in the plane x, y and the heading";
+constexpr const char* kTargetBlock = "block of the target in the joint covariance, with --covariance blocks";
+
+Rows joint_rows(const Line& l) { return covariance_rows(l, LineCovariance::joint, 0, l.record.live.covariance.rows()); }
+Rows target_rows(const Line& l) {
+  const Eigen::Index chaser = l.record.live.chaser_rows;
+  return covariance_rows(l, LineCovariance::blocks, chaser, l.record.live.covariance.rows() - chaser);
+}
+
+/// The target of the window, if motion hypotheses give the newest state.
+JsonFields<Line> window_fields() {
+  using L = Line;
+  return JsonFields<L>()
+      .add("target_m", "position of the target in the scenario's frame [m]",
+           [](const L& l) { return numbers(l.frame.world(l.record.live.window_target->position)); })
+      .add("target_quaternion", "orientation of the target in the scenario's frame, x y z w; if it is estimated",
+           [](const L& l) { return quaternion(l.frame, *l.record.live.window_target); })
+      .add("target_twist", "body twist of the target over the last second [m/s, rad/s]",
+           [](const L& l) -> std::optional<Numbers> {
+             if (!l.record.live.window_twist) return {};
+             return twist_numbers(l.frame, *l.record.live.window_twist);
+           })
+      .add("covariance", kJoint, joint_rows)
+      .add("target_covariance", kTargetBlock, target_rows);
 }
 
 JsonFields<RecordHealth> output_fields() {
@@ -168,8 +207,8 @@ JsonFields<Line> line_fields() {
            })
       .add("target_quaternion", "orientation of the target in the scenario's frame, x y z w; if it is estimated",
            [](const L& l) -> std::optional<Numbers> {
-             if (!l.record.target || !l.record.target->rotation) return {};
-             return numbers(l.frame.world(SE3(*l.record.target->rotation, Vector<3>::Zero())).rotation());
+             if (!l.record.target) return {};
+             return quaternion(l.frame, *l.record.target);
            })
       .add("target_velocity", "velocity of the target in the scenario's frame over the last second [m/s]",
            [](const L& l) -> std::optional<Numbers> {
@@ -195,18 +234,17 @@ JsonFields<Line> line_fields() {
              if (!l.record.covariance) return {};
              return numbers(reported_sigmas(l.frame, *l.record.covariance));
            })
-      .add("covariance",
-           "joint covariance of [chaser; target] in the window, by rows, for right perturbations: of a pose, the "
-           "translation [m] then the rotation vector [rad] in its body's axes; of a target without orientation, its "
-           "position in the scenario's axes; in the plane x, y and the heading. Motion hypotheses do not affect it",
-           [](const L& l) { return covariance_rows(l, LineCovariance::joint, 0, l.record.live.covariance.rows()); })
+      .add("covariance", kJoint + std::string("; of a chaser without a target, its block. See window"),
+           [](const L& l) { return l.record.live.window_target ? Rows() : joint_rows(l); })
       .add("chaser_covariance", "block of the chaser in the joint covariance, with --covariance blocks",
            [](const L& l) { return covariance_rows(l, LineCovariance::blocks, 0, l.record.live.chaser_rows); })
-      .add("target_covariance", "block of the target in the joint covariance, with --covariance blocks",
-           [](const L& l) {
-             const Eigen::Index chaser = l.record.live.chaser_rows;
-             return covariance_rows(l, LineCovariance::blocks, chaser, l.record.live.covariance.rows() - chaser);
-           })
+      .add("target_covariance", kTargetBlock,
+           [](const L& l) { return l.record.live.window_target ? Rows() : target_rows(l); })
+      .add_object("window",
+                  "with motion hypotheses: the target of the window, to which the covariances belong. The other keys "
+                  "have the newest state of the hypotheses",
+                  window_fields(),
+                  [](const L& l) { return l.record.live.window_target ? std::optional(l) : std::nullopt; })
       .add_list("ahead", "predictions", line_prediction_fields(), predictions)
       .add_map("sensors", "SENSOR", "state of each sensor", line_sensor_fields(), sensors_by_name);
 }

@@ -65,6 +65,9 @@ struct TrackRecord {
     std::optional<Vector<6>> target_twist{};     ///< likewise in the target's body, if it has an orientation
     Eigen::MatrixXd covariance{};  ///< joint, of [chaser; target], right perturbations; empty after a failed update
     Eigen::Index chaser_rows = 0;  ///< rows of the chaser in it
+    /// The target of the window, to which the covariance belongs, if motion hypotheses give the newest state instead.
+    std::optional<TargetState> window_target{};
+    std::optional<Vector<6>> window_twist{};  ///< of that target, if it has an orientation [m/s, rad/s]
   } live{};
 
   /// Returns the position of the target in the chaser's body, t(C⁻¹T) [m]; requires a target.

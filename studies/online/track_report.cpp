@@ -6,6 +6,7 @@
 #include <tandem/problem/quantile.hpp>
 #include <tandem/studies/estimation/error_columns.hpp>
 #include <tandem/studies/estimation/spread_text.hpp>
+#include <tandem/studies/fit/fit_text.hpp>
 #include <tandem/studies/navigation/systematic_error_estimates.hpp>
 #include <tandem/studies/online/track_report.hpp>
 #include <tandem/studies/support/text.hpp>
@@ -55,17 +56,15 @@ struct ErrorMoments {
   }
 };
 
-std::string health_table(const TrackHealth& health) {
+std::string health_table(const Track& track) {
+  const TrackHealth& health = track.health;
   using Align = TextTable::Align;
-  TextTable table(
-      {{"sensor", Align::left}, {"used"}, {"rejected"}, {"down-weighted"}, {"NIS per row"}, {"last used [s]"}});
+  TextTable table({{"sensor", Align::left}, {"NIS per row"}, {"last used [s]"}});
   for (const SensorHealth& s : health.sensors)
-    table.row({printable(s.name), fmt::format("{}", s.used), fmt::format("{}", s.rejected),
-               fmt::format("{}", s.down_weighted),
-               s.nis_rows > 0 ? fmt::format("{:.2f}", s.nis / double(s.nis_rows)) : "–",
+    table.row({printable(s.name), s.nis_rows > 0 ? fmt::format("{:.2f}", s.nis / double(s.nis_rows)) : "–",
                s.last_used ? fmt::format("{:.1f}", *s.last_used) : "–"});
-  std::string text = "\n" + table.str();
-  text += "The NIS per row is 1 if the noise is as stated.\n" + track_fit(health).verdict() + "\n";
+  std::string text = "\n" + table.str() + "The NIS per row is 1 if the noise is as stated.\n\n";
+  text += fit_text(track_fit(health, track.components));
   if (health.resets + health.suspensions > 0)
     text += fmt::format("resets of the track: {}, suspensions: {}\n", health.resets, health.suspensions);
   return text;
@@ -106,15 +105,22 @@ std::string error_tables(const Track& track, const TrackSummary& summary) {
 
 }  // namespace
 
-FitReport track_fit(const TrackHealth& health) {
+FitReport track_fit(const TrackHealth& health, const std::vector<std::vector<std::string>>& components) {
   FitReport report;
-  for (const SensorHealth& s : health.sensors) {
+  for (std::size_t i = 0; i < health.sensors.size(); ++i) {
+    const SensorHealth& s = health.sensors[i];
     SensorFit& fit = report.sensors.emplace_back();
     fit.name = s.name;
     fit.used = int(s.used);
     fit.rejected = int(s.rejected);
     fit.down_weighted = int(s.down_weighted);
     fit.expected_down_weighted = s.expected_down_weighted;
+    if (i < components.size()) {
+      fit.components = components[i];
+      fit.components.resize(s.innovations.size());  // the gate tests only the position of a pose
+      fit.moments = s.innovations;
+      fit.worst = s.worst;
+    }
     if (s.nis_rows > 0) fit.innovation_rms = std::sqrt(s.nis / double(s.nis_rows));
     report.cost += 0.5 * s.nis;
     report.expected_cost += 0.5 * double(s.nis_rows);
@@ -212,7 +218,7 @@ std::string track_report(const Track& track, const TrackSummary& s) {
   if (s.memory_early && s.memory_end)
     text += fmt::format("resident memory: {:.1f} MB after 10 % of the run, {:.1f} MB at its end\n", *s.memory_early,
                         *s.memory_end);
-  text += health_table(track.health);
+  text += health_table(track);
   if (!track.rejected_lines.counts().empty()) {
     TextTable rejected({{"rejected", Align::left}, {"lines"}, {"reason", Align::left}});
     for (const auto& [what, n] : track.rejected_lines.counts())

@@ -55,7 +55,8 @@ TrackError track_error(const Scenario& scenario, const TrackRecord& record, cons
 TrackSummary summarise(const Track& track, const Scenario& scenario, const TrackOptions& options);
 
 /// Judges the innovations of a track against the stated noise. The cost of the report is half the sum of the NIS.
-FitReport track_fit(const TrackHealth& health);
+/// `components`: names of the components of each sensor; without them, the report has no statistics of components.
+FitReport track_fit(const TrackHealth& health, const std::vector<std::vector<std::string>>& components = {});
 
 /// Returns a report for a terminal.
 std::string track_report(const Track& track, const TrackSummary& summary);

@@ -22,7 +22,7 @@ using Packed = nlohmann::json;
 
 // A file consists of a line with this text and the version, a line with the checksum of the rest, and a CBOR document.
 constexpr std::string_view kKind = "tandem track snapshot ";
-constexpr std::string_view kVersion = "6\n";
+constexpr std::string_view kVersion = "7\n";
 constexpr std::size_t kDigits = 16;  // hexadecimal digits of the checksum; a line end follows
 
 // The checksum detects truncation and bit errors, not deliberate changes.
@@ -235,6 +235,15 @@ void sensor_fields(F& f, Sensor& sensor) {
   f(sensor.nis_rows);
   f(sensor.down_weighted);
   f(sensor.expected_down_weighted);
+  f.each(sensor.innovations, [](auto& g, auto& moments) {
+    g(moments.n);
+    for (auto* value : {&moments.sum, &moments.squares, &moments.products, &moments.first, &moments.last}) g(*value);
+  });
+  f.each(sensor.worst, [](auto& g, auto& worst) {
+    g(worst.t);
+    g(worst.component);
+    g(worst.residual);
+  });
 }
 
 template <class F, class Health>

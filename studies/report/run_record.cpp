@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include <Eigen/Geometry>
 #include <fmt/format.h>
@@ -10,6 +11,7 @@
 #include <tandem/studies/support/csv.hpp>
 #include <tandem/studies/support/input_file.hpp>
 #include <tandem/studies/support/text.hpp>
+#include <tandem/studies/support/tum.hpp>
 #include <tandem/studies/support/units.hpp>
 
 namespace tandem {
@@ -69,7 +71,9 @@ Eigen::Quaterniond quaternion(double x, double y, double z, double w) { return {
 Trajectory read_tum(const std::filesystem::path& file) {
   Trajectory read;
   InputFile stream(file);
+  bool oriented = true;  // the next row
   for (std::string line; std::getline(stream, line);) {
+    if (trimmed(line) == tum_no_orientation) oriented = false;
     if (line.empty() || line.front() == '#') continue;
     const auto cells = words(line);
     if (cells.size() < 4)
@@ -78,7 +82,9 @@ Trajectory read_tum(const std::filesystem::path& file) {
     for (const auto& [column, i] :
          {std::pair{&read.path.t, 0}, {&read.path.x, 1}, {&read.path.y, 2}, {&read.path.z, 3}})
       column->push_back(cell(std::size_t(i)));
-    read.orientation.push_back(quaternion(cell(4), cell(5), cell(6), cell(7)));
+    const bool known = std::exchange(oriented, true);
+    read.orientation.push_back(known ? quaternion(cell(4), cell(5), cell(6), cell(7))
+                                     : quaternion(kNone, kNone, kNone, kNone));
   }
   return read;
 }

@@ -75,9 +75,7 @@ CsvTable<Row> columns() {
     for (Eigen::Index j = 0; j < 6; ++j)
       table.add(fmt::format("d{}{}", i + 1, j + 1),
                 "covariance of velocity and angular velocity, row by row; for a point the upper left 3 × 3 block",
-                [i, j](const Row& r) {
-                  return i < r.twist_covariance.rows() ? CsvCell(r.twist_covariance(i, j)) : CsvCell();
-                });
+                [i, j](const Row& r) { return entry_cell(r.twist_covariance, i, j); });
   return table;
 }
 

@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <cmath>
 #include <iterator>
 
 #include <fmt/format.h>
@@ -26,17 +27,22 @@ void append_quoted(std::string& out, const std::string& text) {
 
 }  // namespace
 
-CsvCell CsvCell::fixed(double value, int decimals) { return fmt::format("{:.{}f}", value, decimals); }
+CsvCell CsvCell::fixed(double value, int decimals) {
+  return std::isfinite(value) ? CsvCell(fmt::format("{:.{}f}", value, decimals)) : CsvCell();
+}
 
-CsvCell CsvCell::rounded(double value, int digits) { return fmt::format("{:.{}g}", value, digits); }
+CsvCell CsvCell::rounded(double value, int digits) {
+  return std::isfinite(value) ? CsvCell(fmt::format("{:.{}g}", value, digits)) : CsvCell();
+}
 
 void CsvCell::append_to(std::string& text) const {
-  if (const auto* number = std::get_if<double>(&value_))
-    fmt::format_to(std::back_inserter(text), "{}", *number);
-  else if (const auto* count = std::get_if<long long>(&value_))
+  if (const auto* number = std::get_if<double>(&value_)) {
+    if (std::isfinite(*number)) fmt::format_to(std::back_inserter(text), "{}", *number);
+  } else if (const auto* count = std::get_if<long long>(&value_)) {
     fmt::format_to(std::back_inserter(text), "{}", *count);
-  else if (const auto* words = std::get_if<std::string>(&value_))
+  } else if (const auto* words = std::get_if<std::string>(&value_)) {
     append_quoted(text, *words);
+  }
 }
 
 std::pair<std::string, std::optional<std::string_view>> csv_first_cell(std::string_view line) {

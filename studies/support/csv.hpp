@@ -13,8 +13,8 @@
 
 namespace tandem {
 
-/// A cell of a CSV file: a number, a text or nothing. A number has the fewest digits that read back to the same value.
-/// A text is quoted if RFC 4180 requires it.
+/// A cell of a CSV file: a number, a text or nothing. A number has the fewest digits that read back to the same value;
+/// one that is not finite makes an empty cell. A text is quoted if RFC 4180 requires it.
 class CsvCell {
  public:
   CsvCell() = default;

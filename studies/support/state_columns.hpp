@@ -24,6 +24,11 @@ void add_pose_columns(CsvTable<Row>& table) {
   add_position_columns(table);
 }
 
+/// Returns the entry (i, j); an empty cell outside the matrix.
+inline CsvCell entry_cell(const Eigen::MatrixXd& m, Eigen::Index i, Eigen::Index j) {
+  return i < m.rows() && j < m.cols() ? CsvCell(m(i, j)) : CsvCell();
+}
+
 /// Adds the columns c11 … c66. A row has a member `covariance`, a 6 × 6, 3 × 3 or empty matrix.
 template <class Row>
 void add_covariance_columns(CsvTable<Row>& table) {
@@ -33,9 +38,7 @@ void add_covariance_columns(CsvTable<Row>& table) {
           "c" + std::to_string(i + 1) + std::to_string(j + 1),
           "covariance, row by row, of right perturbations: x y z [m], then rotation [rad], along the body axes; for a "
           "point the upper left 3 × 3 block, along the world axes",
-          [i, j](const Row& r) {
-            return i < r.covariance.rows() && j < r.covariance.cols() ? CsvCell(r.covariance(i, j)) : CsvCell();
-          });
+          [i, j](const Row& r) { return entry_cell(r.covariance, i, j); });
 }
 
 }  // namespace tandem

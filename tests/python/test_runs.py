@@ -100,6 +100,15 @@ def test_trajectory_files(docking, tmp_path):
     assert isinstance(frame, pandas.DataFrame) and len(frame) == len(docking.target)
 
 
+def test_tum_files_mark_poses_without_orientation(tmp_path):
+    quaternions = [[np.nan] * 4, [0, 0, 1, 0], [np.nan] * 4]
+    text = tandem.Trajectory([0, 1, 2], np.eye(3), quaternions).to_tum(tmp_path / "a.tum")
+    assert "nan" not in text and text.count("# no orientation\n") == 2
+    again = tandem.Trajectory.read(tmp_path / "a.tum")
+    assert np.array_equal(again.quaternions, quaternions, equal_nan=True)
+    assert np.array_equal(again.positions, np.eye(3))
+
+
 def test_saved_results_are_read_again(docking, tmp_path):
     docking.save(tmp_path / "run")
     again = tandem.read_results(tmp_path / "run")

@@ -61,6 +61,37 @@ TEST(ReadingScreen, AFrozenSensorIsFoundOnlineAsInARecording) {
   EXPECT_EQ(online(dvl, lines, ReadingFault::frozen), 71u) << "from the tenth equal line on";
 }
 
+TEST(ReadingScreen, OneStuckAxisIsFoundOnlineAsInARecording) {
+  const EgoSensor dvl = sensor_of(EgoSensorType::dvl, 0.01);
+  for (int axis = 0; axis < 3; ++axis) {
+    const auto lines = readings([axis](int i, Vector<3>& v) {
+      if (i >= 100 && i < 180) v[axis] = 0.0123;
+    });
+    EXPECT_EQ(recorded(dvl, lines)[std::size_t(ReadingFault::frozen)].count, 79u) << axis;
+    EXPECT_EQ(online(dvl, lines, ReadingFault::frozen), 71u) << axis;
+  }
+}
+
+/// Coarse values repeat, those of a vehicle at rest too, and an axis that hardly moves.
+TEST(ReadingScreen, AnAxisMayRepeatItsValue) {
+  const EgoSensor dvl = sensor_of(EgoSensorType::dvl, 0.01);
+  const auto rounded = [](double x, double quantum) { return quantum * std::round(x / quantum); };
+  const auto coarse = readings([&](int, Vector<3>& v) {
+    for (double& x : v) x = rounded(x, 0.01);
+  });
+  const auto at_rest = readings([&](int i, Vector<3>& v) {
+    if (i >= 100 && i < 180) v = Vector<3>(0.012, 0.0002 * (i % 2), 0.002);
+  });
+  const auto constant = readings([](int i, Vector<3>& v) { v.z() = i < 100 ? 0.3 : 0.4; });
+  const auto settling = readings([](int i, Vector<3>& v) {
+    v.y() = i < 100 || i > 126 ? v.y() : 0.2 + std::round(1e6 * std::exp(100 - i)) / 1e6;
+  });
+  for (const auto& lines : {coarse, at_rest, constant, settling}) {
+    EXPECT_EQ(recorded(dvl, lines)[std::size_t(ReadingFault::frozen)].count, 0u);
+    EXPECT_EQ(online(dvl, lines, ReadingFault::frozen), 0u);
+  }
+}
+
 TEST(ReadingScreen, ADepthMayRepeatForSomeSeconds) {
   const EgoSensor depth = sensor_of(EgoSensorType::depth, 0.1);
   const auto with_run = [](int n) {

@@ -30,6 +30,34 @@ TEST(OdometryScreen, FiveConsistentPosesEstablishANewOrigin) {
   EXPECT_NEAR(screen.continued(pose_at(10.5, 50)).value.translation().x(), 10.5, 1e-9) << "at the speed before";
 }
 
+TEST(OdometryScreen, AStartOfFewerPosesIsWrong) {
+  OdometryScreen screen;
+  EXPECT_EQ(screen.judge(pose_at(0, 500)), Verdict::use);
+  for (int i = 1; i < 5; ++i) EXPECT_EQ(screen.judge(pose_at(0.1 * i)), Verdict::displaced);
+  EXPECT_EQ(screen.judge(pose_at(0.5)), Verdict::wrong_start);
+  for (int i = 6; i < 100; ++i) EXPECT_EQ(screen.judge(pose_at(0.1 * i)), Verdict::use);
+  EXPECT_EQ(screen.continued(pose_at(10)).value.translation().x(), 10) << "the origin of the good poses";
+}
+
+TEST(OdometryScreen, AnExcursionEndsAtTheOldOrigin) {
+  for (const double away : {50.0, 500.0}) {
+    OdometryScreen screen;
+    for (int i = 0; i < 100; ++i) screen.judge(pose_at(0.1 * i));
+    for (int i = 100; i < 130; ++i) {
+      screen.judge(pose_at(0.1 * i, away));
+      EXPECT_EQ(screen.bridged().norm() > 0, i == 104);
+    }
+    EXPECT_EQ(screen.excursion_begin(), 10.0);
+    for (int i = 130; i < 134; ++i) EXPECT_EQ(screen.judge(pose_at(0.1 * i)), Verdict::displaced);
+    EXPECT_EQ(screen.judge(pose_at(13.4)), Verdict::returned);
+    EXPECT_EQ(screen.judge(pose_at(13.5)), Verdict::use);
+    EXPECT_NEAR(screen.continued(pose_at(13.5)).value.translation().x(), 13.5, 1e-12);
+    for (int i = 136; i < 140; ++i) screen.judge(pose_at(0.1 * i));
+    for (int i = 140; i < 144; ++i) screen.judge(pose_at(0.1 * i, -300));
+    EXPECT_EQ(screen.judge(pose_at(14.4, -300)), Verdict::new_origin) << "another jump";
+  }
+}
+
 TEST(OdometryScreen, AVehicleDoesNotStopWithoutBraking) {
   OdometryScreen frozen, braking;
   for (int i = 0; i < 100; ++i) frozen.judge(pose_at(0.1 * i));
@@ -79,6 +107,17 @@ TEST(MeasurementScreen, ContinuesTheOdometryAfterAJump) {
   EXPECT_NEAR(data.odometry.back().value.translation().x(), 29.9, 1e-9);
   ASSERT_EQ(findings.size(), 1u);
   EXPECT_EQ(findings[0].text(), "odometry: jumps to a new origin at 15 s");
+}
+
+TEST(MeasurementScreen, DropsAWrongStartAndAnExcursionOfTheOdometry) {
+  TrackingData data;
+  const auto is_wrong = [](int i) { return i == 0 || (i >= 150 && i < 180); };
+  for (int i = 0; i < 300; ++i) data.odometry.push_back(pose_at(0.1 * i, is_wrong(i) ? 500 : 0));
+  const auto findings = screen(data);
+  EXPECT_EQ(data.odometry.size(), 300u - 31u);
+  for (const Stamped<SE3>& x : data.odometry) EXPECT_NEAR(x.value.translation().x(), x.t, 1e-9);
+  ASSERT_EQ(findings.size(), 1u);
+  EXPECT_THAT(findings[0].text(), HasSubstr("odometry: dropped 31 lines"));
 }
 
 }  // namespace

@@ -58,9 +58,9 @@ class GatedRun {
   }
 
   template <class F>
-  void run(double from, double to, F change) {
+  void run(double from, double to, F change, const SE3& origin = {}) {
     for (double t = from; t < to; t += 0.25) {
-      estimator_.add_odometry({t, run_.chaser(t)});
+      estimator_.add_odometry({t, origin * run_.chaser(t)});
       if (std::fmod(t, 1.0) != 0) continue;
       if (std::optional<Measurement> m = change(run_.measure(data_.sensors[0], t))) estimator_.add_target(0, *m);
     }
@@ -74,6 +74,7 @@ class GatedRun {
     return (estimator_.chaser().pose.inverse().act(estimator_.target().value().position) - truth).norm();
   }
   OnlineEstimator& estimator() { return estimator_; }
+  SE3 chaser(double t) const { return run_.chaser(t); }
   const SensorHealth& health() const { return estimator_.health().sensors.at(0); }
 
   std::vector<TrackReset> resets;
@@ -224,6 +225,34 @@ TEST(OnlineGate, ResetsIfOdometryJumpsToANewOrigin) {
   EXPECT_EQ(rejected, 4);
   ASSERT_EQ(run.resets.size(), 1u);
   EXPECT_THAT(run.resets[0].why, HasSubstr("odometry jumped to a new origin at 30"));
+}
+
+/// The poses in between are those of another origin. They say nothing of the chaser, so it does not become more certain.
+TEST(OnlineGate, ContinuesAfterAnExcursionOfTheOdometry) {
+  GatedRun run;
+  OnlineEstimator& estimator = run.estimator();
+  const auto sigma = [&] { return std::sqrt(estimator.covariance().chaser.topLeftCorner<3, 3>().trace()); };
+  run.run(0, 30);
+  const double before = sigma();
+  const SE3 away(SO3::Exp({0, 0, 1}), {500, 0, 0});
+  run.run(
+      30, 36, [](const Measurement& m) { return std::optional(m); }, away);
+  run.run(36, 45);
+  ASSERT_EQ(run.resets.size(), 2u);
+  EXPECT_THAT(run.resets[0].why, HasSubstr("odometry jumped to a new origin at 30"));
+  EXPECT_THAT(run.resets[1].why, HasSubstr("odometry returned to its earlier origin at 36"));
+  EXPECT_LT((estimator.chaser().pose.inverse() * run.chaser(estimator.newest())).Log().norm(), 1e-3);
+  EXPECT_LT(run.error(), 0.05);
+  EXPECT_GE(sigma(), before);
+}
+
+TEST(OnlineGate, AWrongFirstPoseOfTheOdometryIsDropped) {
+  GatedRun run;
+  OnlineEstimator& estimator = run.estimator();
+  estimator.add_odometry({0, SE3(SO3(), {500, 0, 0})});
+  run.run(0.25, 20);
+  EXPECT_LT((estimator.chaser().pose.inverse() * run.chaser(estimator.newest())).Log().norm(), 1e-3);
+  EXPECT_LT(run.error(), 0.05);
 }
 
 }  // namespace

@@ -1,3 +1,7 @@
+#include <cmath>
+#include <functional>
+#include <map>
+
 #include <Eigen/LU>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -13,6 +17,7 @@ namespace {
 
 using testing::exactly, testing::LevelTurn, testing::noisy, testing::text_of, testing::vessel;
 using ::testing::HasSubstr;
+using MaybeRejection = std::optional<Rejection>;
 
 TEST(OnlineEgo, AWindowLongerThanTheRunGivesTheBatchEstimate) {
   const LevelTurn turn;
@@ -100,6 +105,44 @@ TEST(OnlineEgo, ContinuesWithoutTheImu) {
   const SE3 off = LevelTurn::pose(estimator.newest()).inverse() * estimator.chaser().pose;
   EXPECT_LE(off.translation().norm(), 0.5);
   EXPECT_LE(off.rotation().Log().norm(), 0.1);
+}
+
+/// Feeds the data in the order of arrival. `arrival` [s]: of an IMU sample, by its time; others arrive at once.
+void replay_late(const NavigationData& data, const std::function<double(double)>& arrival, OnlineEstimator& estimator) {
+  std::multimap<double, std::function<MaybeRejection()>> lines;
+  for (const ImuSample& sample : data.imu->samples)
+    lines.emplace(arrival(sample.t), [&] { return estimator.add_imu(sample); });
+  for (std::size_t i = 0; i < data.sensors.size(); ++i)
+    for (const EgoMeasurement& m : data.sensors[i].measurements)
+      lines.emplace(m.t, [&estimator, i, &m] { return estimator.add_ego(i, m); });
+  for (const auto& [t, add] : lines) {
+    const MaybeRejection why = add();
+    EXPECT_FALSE(why) << text_of(why);
+  }
+  estimator.finish();
+}
+
+/// Such as over a serial link or a network. The chaser must not coast between samples that are on their way.
+TEST(OnlineEgo, AwaitsAnImuThatArrivesLateOrInPackets) {
+  const LevelTurn turn{.duration = 30};
+  const NavigationData data = noisy(turn);
+  const auto run = [&](const std::function<double(double)>& arrival) {
+    OnlineEstimator estimator(TrackingData(), data, exactly(60));
+    std::size_t updates = 0;
+    estimator.on_update = [&](const OnlineUpdate&) { ++updates; };
+    replay_late(data, arrival, estimator);
+    EXPECT_TRUE(estimator.splits().empty());
+    return std::pair(updates, estimator.chaser().pose);
+  };
+  const auto [updates, pose] = run([](double t) { return t; });
+  for (const double delay : {0.05, 0.9, 2.0})
+    for (const double packet : {0.0, 1.0, 3.0}) {
+      SCOPED_TRACE(::testing::Message() << delay << " s late, in packets of " << packet << " s");
+      const auto [late_updates, late_pose] =
+          run([&](double t) { return delay + (packet > 0 ? packet * std::ceil(t / packet) : t); });
+      EXPECT_NEAR(double(late_updates), double(updates), 2);
+      EXPECT_LE((pose.inverse() * late_pose).Log().norm(), 0.01);
+    }
 }
 
 TEST(OnlineEgo, RejectsLateAndDecreasingTimes) {

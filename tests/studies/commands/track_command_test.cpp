@@ -4,6 +4,7 @@
 #include <sstream>
 #include <thread>
 
+#include <Eigen/Geometry>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
@@ -255,6 +256,52 @@ TEST(TrackCommand, PrintsUpdatesAsJsonLines) {
     EXPECT_GT(update["ahead"][1]["sigma_m"][0], update["sigma_m"][0]) << "the uncertainty of a prediction is larger";
   }
   EXPECT_GT(n, 30);
+}
+
+Eigen::Vector3d vector_of(const Json& v) { return {v[0], v[1], v[2]}; }
+Eigen::Matrix3d rotation_of(const Json& q) { return Eigen::Quaterniond(q[3], q[0], q[1], q[2]).toRotationMatrix(); }
+
+/// Returns the standard deviations of the target's position in the chaser's body, from the covariance of a line.
+Eigen::Vector3d relative_sigmas(const Json& line) {
+  const Json& rows = line["covariance"];
+  const Eigen::Index n = Eigen::Index(rows.size());
+  Eigen::MatrixXd S(n, n);
+  for (Eigen::Index i = 0; i < n; ++i)
+    for (Eigen::Index j = 0; j < n; ++j) S(i, j) = rows[std::size_t(i)][std::size_t(j)];
+  const Eigen::Matrix3d R = rotation_of(line["chaser_quaternion"]);
+  const Eigen::Vector3d p = R.transpose() * (vector_of(line["target_m"]) - vector_of(line["chaser_m"]));
+  Eigen::MatrixXd J = Eigen::MatrixXd::Zero(3, n);
+  J.leftCols<3>() = -Eigen::Matrix3d::Identity();
+  J.middleCols<3>(3) << 0, -p.z(), p.y(), p.z(), 0, -p.x(), -p.y(), p.x(), 0;
+  J.middleCols<3>(6) =
+      n == 12 ? R.transpose() * rotation_of(line["target_quaternion"]) : Eigen::Matrix3d(R.transpose());
+  return (J * S * J.transpose()).diagonal().cwiseSqrt();
+}
+
+/// The same data with and without motion hypotheses, which do not affect the window.
+TEST(TrackCommand, CovariancesOfALineBelongToTheValuesBesideThem) {
+  const std::string feed = docking_lines(40);
+  const Outcome hypotheses = track_lines(feed, {"--json-lines"}),
+                window = track_lines(feed, {"--json-lines", "--newest", "window", "--mode", "B"});
+  ASSERT_EQ(hypotheses.status + window.status, 0) << hypotheses.errors << window.errors;
+  std::istringstream lines(hypotheses.output), others(window.output);
+  int n = 0, different = 0;
+  for (std::string line, other; std::getline(lines, line) && std::getline(others, other);) {
+    const Json a = Json::parse(line), b = Json::parse(other);
+    if (a["schema"] == "tandem.track/1" || !b.contains("covariance") || !b.contains("sigma_m")) continue;
+    if (std::any_of(b["sigma_m"].begin(), b["sigma_m"].end(), [](const Json& s) { return s.is_null(); })) continue;
+    EXPECT_FALSE(b.contains("window"));
+    const Eigen::Vector3d stated = vector_of(b["sigma_m"]);
+    EXPECT_LE((relative_sigmas(b) - stated).norm(), 1e-6 * stated.norm()) << b["t"];
+    ASSERT_TRUE(a.contains("window")) << line;
+    EXPECT_FALSE(a.contains("covariance"));
+    EXPECT_LE((vector_of(a["window"]["target_m"]) - vector_of(b["target_m"])).norm(), 1e-6);
+    EXPECT_EQ(a["window"]["covariance"].size(), b["covariance"].size());
+    different += (vector_of(a["target_m"]) - vector_of(b["target_m"])).norm() > 0.01;
+    ++n;
+  }
+  EXPECT_GT(n, 20);
+  EXPECT_GT(different, 5) << "hypotheses change the newest state";
 }
 
 /// Returns the lines of docking_a until 100 s, without fixes after 40 s.

@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <numbers>
 #include <sstream>
 
@@ -6,6 +7,7 @@
 
 #include <tandem/studies/estimation/estimate_files.hpp>
 #include <tandem/studies/estimation/estimate_report.hpp>
+#include <tandem/studies/scenario/states_at.hpp>
 #include <tandem/studies/scenario/table.hpp>
 #include <tandem/studies/support/tum.hpp>
 
@@ -188,10 +190,47 @@ TEST(EstimateFiles, WritesInputsOfPlots) {
   scenario.data.sensors[0].measurements.push_back({.t = 0.2, .position = {1, 2, 3}});
   write_results(estimate, scenario, folder.path());
   EXPECT_EQ(read_file(folder.path() / "target_fixes.csv"), "t,sensor,type,x_m,y_m,z_m\n0.1,usbl,position,2,1,-3\n");
-  EXPECT_EQ(read_file(folder.path() / "chaser_truth.tum"),
-            tum_header + std::string("0.1 2 1 -3 nan nan nan nan\n0.3333333333333333 2 1 -3 nan nan nan nan\n"));
+  EXPECT_EQ(
+      read_file(folder.path() / "chaser_truth.tum"),
+      tum_header + std::string("# no orientation\n0.1 2 1 -3 0 0 0 1\n# no orientation\n0.3333333333333333 2 1 -3 "
+                               "0 0 0 1\n"));
   EXPECT_FALSE(std::filesystem::exists(folder.path() / "target_truth.tum"));
   EXPECT_THAT(read_file(folder.path() / "summary.json"), HasSubstr("\"frame\": \"NED-FRD\""));
+}
+
+TEST(EstimateFiles, WritesCellsOfStatesThatTheBodyHas) {
+  struct Case {
+    const char* name;
+    Eigen::Index n;
+    bool rotation;
+  };
+  for (const auto& [name, n, rotation] : {Case{"pose in space", 6, true},
+                                          {"pose in the plane", 3, true},
+                                          {"point in space", 3, false},
+                                          {"point in the plane", 2, false}}) {
+    SCOPED_TRACE(name);
+    MotionInstant body{.position = {1, 2, 3}, .twist = Eigen::VectorXd::Constant(n, 0.5)};
+    if (rotation) body.rotation = SO3::Exp({0, 0, 1});
+    body.covariance = Eigen::VectorXd::LinSpaced(2 * n, 1, double(2 * n)).asDiagonal();
+    const ScratchFolder folder;
+    write_states_at({{.t = 1, .chaser = body, .target = body}}, Frame::enu_flu(), true, folder.path());
+    const std::vector<std::string> header = cells(folder.path() / "target_at.csv", 0),
+                                   row = cells(folder.path() / "target_at.csv", 1);
+    ASSERT_EQ(row.size(), header.size());
+    for (std::size_t k = 0; k < row.size(); ++k) {
+      const std::string& column = header[k];
+      bool filled = column == "t" || (column != "note" && (rotation || column.find_first_of("qw") != 0));
+      if (!rotation && column.find_first_of("cd") == 0) filled = column[1] <= '3' && column[2] <= '3';
+      EXPECT_EQ(!row[k].empty(), filled) << column << " is " << row[k];
+      if (column.find_first_of("cd") == 0 && column[1] != column[2] && filled) EXPECT_EQ(row[k], "0") << column;
+    }
+    const auto at = [&](const std::string& column) {
+      return row[std::size_t(std::find(header.begin(), header.end(), column) - header.begin())];
+    };
+    EXPECT_EQ(at("c11") + " " + at("c22") + " " + at("d11"), "1 2 " + std::to_string(n + 1));
+    EXPECT_EQ(at("c33"), n == 6 || !(n == 2 || rotation) ? "3" : "0");
+    if (rotation) EXPECT_EQ(at("c66"), std::to_string(n));
+  }
 }
 
 TEST(EstimateFiles, WritesFixesOfEachSensorInTimeOrder) {

@@ -106,11 +106,13 @@ TEST_F(ExportTest, GeographicFormatsNeedAnOrigin) {
 }
 
 TEST_F(ExportTest, LeavesPointsOutAndSaysSo) {
-  scratch_.write("target.tum", "1 0 0 0 nan nan nan nan\n2 1 0 0 0 0 0 1\n");
-  const ExportedRun run = read_exported_run(scratch_.path());
-  for (const ExportFormat& format : export_formats())
-    if (format.name == "tum")
-      EXPECT_THAT(format.write(run, out()), ElementsAre(HasSubstr("target: 1 of 2 states are points")));
+  for (const char* point : {"1 0 0 0 nan nan nan nan\n", "# no orientation\n1 0 0 0 0 0 0 1\n"}) {
+    scratch_.write("target.tum", point + std::string("2 1 0 0 0 0 0 1\n"));
+    const ExportedRun run = read_exported_run(scratch_.path());
+    for (const ExportFormat& format : export_formats())
+      if (format.name == "tum")
+        EXPECT_THAT(format.write(run, out()), ElementsAre(HasSubstr("target: 1 of 2 states are points"))) << point;
+  }
 }
 
 }  // namespace

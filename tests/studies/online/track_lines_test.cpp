@@ -50,14 +50,14 @@ TEST(TrackLines, PrintPredictionsWithSigma) {
   EXPECT_THAT(lines(r), HasSubstr("       ∞        5.00 ± ∞           10.00      42")) << "an axis is unobserved";
 }
 
-TEST(TrackLines, AndFilesShowUnobservedAxesAsInfinite) {
+TEST(TrackLines, AndFilesShowUnobservedAxes) {
   TrackRecord r = record(80.2);
   r.covariance = Vector<3>(1e12, 1, 4).asDiagonal();
   r.ahead = {RelativeTarget{{3, 4, 0}, Matrix<3, 3>(Vector<3>(1e14, 4, 4).asDiagonal())}};
   r.chaser_sigma = 1e6;
   const Frame frame = Frame::enu_flu();
   const std::string row = TrackRows(frame, {5}, {}).of(r)[2];
-  EXPECT_THAT(row, testing::AllOf(HasSubstr(",inf,1,2,inf,3,4,0,inf,2,2,")));
+  EXPECT_THAT(row, testing::AllOf(HasSubstr(",,1,2,,3,4,0,,2,2,")));
   const auto json = nlohmann::json::parse(track_json_line(r, frame, {}, {5}));
   EXPECT_EQ(json["sigma_m"], nlohmann::json::parse("[null, 1.0, 2.0]"));
   EXPECT_EQ(json["ahead"][0]["sigma_m"], nlohmann::json::parse("[null, 2.0, 2.0]"));
@@ -167,6 +167,19 @@ TEST(TrackJsonLines, HaveStatesAndCovariancesInTheFrameOfTheScenario) {
   EXPECT_EQ(ned["target_covariance"].size(), 6u);
   EXPECT_EQ(ned["target_covariance"][0][1], -1.0) << "forward and starboard instead of port";
   EXPECT_EQ(ned["target_covariance"][1][2], 1.0);
+  EXPECT_FALSE(ned.contains("window"));
+  r.live.window_target = TargetState(SE3(SO3(), {9, 10, 5}));
+  r.live.window_twist = r.live.chaser_twist;
+  const auto joint = json_in(Frame::enu_flu(), LineCovariance::joint),
+             blocks = json_in(Frame::ned_frd(), LineCovariance::blocks);
+  EXPECT_FALSE(joint.contains("covariance")) << "it belongs to the window, not to the newest state";
+  EXPECT_EQ(joint["target_m"], (std::vector<double>{10, 10, 5}));
+  EXPECT_EQ(joint["window"]["target_m"], (std::vector<double>{9, 10, 5}));
+  EXPECT_EQ(joint["window"]["covariance"], enu["covariance"]);
+  EXPECT_EQ(blocks["window"]["target_twist"], ned["chaser_twist"]);
+  EXPECT_EQ(blocks["window"]["target_covariance"], ned["target_covariance"]);
+  EXPECT_EQ(blocks["chaser_covariance"], ned["chaser_covariance"]);
+  EXPECT_FALSE(blocks.contains("target_covariance"));
 }
 
 TEST(TrackJsonLines, KeepTheRate) {

@@ -1,3 +1,4 @@
+#include <cmath>
 #include <limits>
 
 #include <gmock/gmock.h>
@@ -27,6 +28,8 @@ TEST(Csv, WritesCells) {
   EXPECT_EQ(written(std::optional<bool>(false)), "0");
   EXPECT_EQ(written(CsvCell::fixed(1.0 / 3.0, 3)), "0.333");
   EXPECT_EQ(written(CsvCell::rounded(1.0 / 3.0, 4)), "0.3333");
+  for (const double v : {HUGE_VAL, -HUGE_VAL, std::numeric_limits<double>::quiet_NaN()})
+    EXPECT_EQ(written(v) + written(CsvCell::fixed(v, 3)) + written(CsvCell::rounded(v, 4)), "");
 }
 
 TEST(Csv, QuotesTextsIfNecessary) {

@@ -22,7 +22,9 @@ TEST(Tum, RoundTripsExactly) {
   EXPECT_EQ(read[1].t, 1.0 / 3.0);
 }
 
-TEST(Tum, PointHasNanQuaternion) { EXPECT_EQ(tum_row(1, Vector<3>(2, 3, 4), {}), "1 2 3 4 nan nan nan nan\n"); }
+TEST(Tum, MarksPosesWithoutOrientation) {
+  EXPECT_EQ(tum_row(1, Vector<3>(2, 3, 4), {}), "# no orientation\n1 2 3 4 0 0 0 1\n");
+}
 
 TEST(Tum, UsesGivenDecimals) {
   EXPECT_EQ(tum_row(0.25, kPose, TumDecimals{3, 2, 4}), "0.250 0.33 -2.00 300000.00 0.0000 0.0000 0.4794 0.8776\n");
