@@ -13,8 +13,8 @@ struct KnownMessage {
 // ROS messages follow REP 103 (ENU, FLU), ArduPilot and PX4 NED and FRD. The headings of NMEA are clockwise from north.
 // Poses and points are those of the target relative to the chaser, and twists are along the chaser's axes. Rows whose
 // `frame` is one of the world are dropped. The z axis of a marine_acoustic_msgs/Dvl points where the DVL looks: down.
-// Its velocity_mode is 1 for the velocity over ground and 2 for that through the water. Of several rules for a type, the
-// first one whose field exists applies.
+// Its velocity_mode is 1 for the velocity over ground and 2 for that through the water. Of several rules for a type,
+// the first one whose field exists applies.
 constexpr KnownMessage kMessages[] = {
     {"sensor_msgs/Imu", R"({type: imu, axes: FLU, fields: {
   acceleration: [linear_acceleration.x, linear_acceleration.y, linear_acceleration.z],

@@ -29,8 +29,8 @@ enum Opcode : unsigned char {
 };
 
 /// An MCAP file (https://mcap.dev/spec). Records are read in the order of the file; the index is not needed, so that
-/// files without one, for example of an interrupted recording, are read in the same way. After a damaged record, reading
-/// goes on at the next bytes that are a record; these may be the messages in a chunk that is not compressed.
+/// files without one, for example of an interrupted recording, are read in the same way. After a damaged record,
+/// reading goes on at the next bytes that are a record; these may be the messages in a chunk that is not compressed.
 class McapRecording : public MessageRecording {
  public:
   explicit McapRecording(const std::filesystem::path& file) : bytes_(file) {

@@ -57,8 +57,8 @@ class RecordHeader {
 };
 
 /// A ROS 1 bag of version 2.0 (https://wiki.ros.org/Bags/Format/2.0). Its index gives topics and counts. If there is no
-/// index, as in an interrupted recording, or if the file is damaged, the chunks give them. After a damaged record, reading
-/// goes on at the next bytes that are a record; these may be the messages in a chunk that is not compressed.
+/// index, as in an interrupted recording, or if the file is damaged, the chunks give them. After a damaged record,
+/// reading goes on at the next bytes that are a record; these may be the messages in a chunk that is not compressed.
 class Rosbag1Recording : public MessageRecording {
  public:
   explicit Rosbag1Recording(const std::filesystem::path& file) : bytes_(file) {

@@ -80,8 +80,8 @@ std::optional<int> month_of(std::string_view& text, bool& named) {
   return static_cast<int>(at / 3) + 1;
 }
 
-/// Reads YYYY-MM-DD, YYYY/MM/DD, YYYY.MM.DD, YYYYMMDD (then `packed` is set), DD.MM.YYYY, DD-Mon-YYYY, and, in the given
-/// order, DD/MM/YYYY and MM/DD/YYYY (also with "-").
+/// Reads YYYY-MM-DD, YYYY/MM/DD, YYYY.MM.DD, YYYYMMDD (then `packed` is set), DD.MM.YYYY, DD-Mon-YYYY, and, in the
+/// given order, DD/MM/YYYY and MM/DD/YYYY (also with "-").
 std::optional<Date> date(std::string_view& text, bool& packed, DateOrder order) {
   const std::string_view all = text;
   packed = text.size() >= 8 && text.substr(0, 8).find_first_not_of("0123456789") == std::string_view::npos;
