@@ -85,6 +85,7 @@ def test_types_of_the_package():
 def test_figures(docking, tmp_path):
     matplotlib = pytest.importorskip("matplotlib")
     matplotlib.use("Agg")
+    import matplotlib.text  # type: ignore[import]
     plan = tandem.plan("docking_a", at=600)
     p = tandem.Problem()
     x = p.add(tandem.R1([[0.0], [1.0]]), "x")
@@ -93,8 +94,13 @@ def test_figures(docking, tmp_path):
                      "residuals": tandem.plot.residuals(docking.fit), "consistency": tandem.plot.consistency(docking),
                      "coverage": tandem.plot.coverage(docking), "sparsity": tandem.plot.sparsity(p),
                      "plan": tandem.plot.plan(plan)}.items():
-        tandem.plot.save(ax, tmp_path / f"{name}.png", dpi=50)
-        assert (tmp_path / f"{name}.png").stat().st_size > 1000
+        tandem.plot.save(ax, tmp_path / f"{name}.png", dpi=100)
+        content = (tmp_path / f"{name}.png").read_bytes()
+        assert len(content) > 1000 and int.from_bytes(content[16:20], "big") == 350  # 3.5 in: one column
+        figure = (ax[0] if hasattr(ax, "__len__") else ax).figure
+        figure.canvas.draw()  # creates the texts of ticks
+        texts = [text for text in figure.findobj(matplotlib.text.Text) if text.get_text()]
+        assert texts and {text.get_fontsize() for text in texts} == {8}
 
 
 def test_import_is_fast():
