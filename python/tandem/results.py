@@ -205,7 +205,9 @@ class _Trajectories(Results):
     @property
     def errors(self) -> Dict[str, np.ndarray]:
         """Errors with respect to the truth and 3σ bounds, by column of errors.csv; empty without truth."""
-        return self.table("errors") if "errors.csv" in self.files else {}
+        table = self.table("errors") if "errors.csv" in self.files else {}
+        known = any(np.isfinite(column).any() for name, column in table.items() if name.startswith("error_"))
+        return table if known else {}
 
     @property
     def fit(self) -> Optional[FitReport]:
@@ -265,9 +267,9 @@ class Estimate(_Trajectories):
         cross = np.stack([table[name] for name in ENTRIES], axis=1).reshape(-1, 6, 6)
         row, has_cross = _indices_of(target.t, table["t"])  # only keyframes have a cross covariance
         known = target.has_orientation & has_cross & _indices_of(target.t, self.chaser.t)[1]
-        result = np.full((len(target), 6, 6), np.nan)
         if not np.any(known):
-            return result
+            return None
+        result = np.full((len(target), 6, 6), np.nan)
         # Right perturbations: d(C^-1 T) = dT - Ad(T^-1 C) dC.
         at = target.t[known]
         A = (target.at(at).se3.inverse() @ chaser.at(at).se3).adjoint()
