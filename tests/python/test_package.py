@@ -33,7 +33,11 @@ def test_examples_in_docstrings_of_the_compiled_module():
     runner = doctest.DocTestRunner(optionflags=doctest.NORMALIZE_WHITESPACE)
     parser = doctest.DocTestParser()
     found = 0
-    for name, thing in vars(_core).items():
+    documented = dict(vars(_core))
+    for kind in vars(_core).values():
+        if isinstance(kind, type):
+            documented.update((f"{kind.__name__}.{key}", member) for key, member in vars(kind).items())
+    for name, thing in documented.items():
         test = parser.get_doctest(getattr(thing, "__doc__", None) or "", {"np": np, "tandem": tandem}, name, None, 0)
         found += bool(test.examples)
         runner.run(test)
@@ -65,6 +69,10 @@ def test_public_names_have_docstrings():
         thing = getattr(tandem, name)
         if not name.startswith("_") and not isinstance(thing, type(sys)) and callable(thing):
             assert thing.__doc__, name
+            members = vars(thing).items() if isinstance(thing, type) else ()
+            for key, member in members:
+                if isinstance(member, property) and not key.startswith("_"):
+                    assert member.__doc__, f"{name}.{key}"
 
 
 def test_stubs_agree_with_the_package():
