@@ -19,6 +19,20 @@ class ProblemData {
     bool fixed = false;
   };
   enum class Role { cost, constraint, marginal_prior, marginal_constraint };
+  /// Returns the residual type of a block; null for a marginal prior or constraint. The block must be in the problem.
+  static const ResidualType* type_of(const Problem& problem, const tandem::Block& block) {
+    return problem.pools_[std::size_t(block.pool)].type;
+  }
+  /// Replace the residual or the bounds of a block as Problem::set_residual and set_bounds do, for a type or a number of
+  /// rows that is known at run time only.
+  static void set_residual(Problem& problem, const tandem::Block& block, const ResidualFunctions& functions,
+                           const void* residual) {
+    problem.set_residual(block, functions, residual);
+  }
+  static void set_bounds(Problem& problem, const tandem::Block& block, const std::vector<double>& lower,
+                         const std::vector<double>& upper) {
+    problem.set_bounds(block, int(lower.size()), lower.data(), upper.data());
+  }
   static bool is_marginal(Role role) { return role == Role::marginal_prior || role == Role::marginal_constraint; }
   /// Content of a block. Members that its role does not use are empty.
   struct Block {

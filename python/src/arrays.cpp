@@ -14,26 +14,29 @@ std::string tuple_text(const std::vector<py::ssize_t>& shape, bool many) {
   return text + (shape.size() + many == 1 ? ",)" : ")");
 }
 
-}  // namespace
-
-Numbers numbers(py::handle value, const std::string& what) {
+/// Returns the numbers of a value. The message names the shapes wanted if `element`, the shape of one element, is given.
+Numbers real_numbers(py::handle value, const std::string& what, const std::vector<py::ssize_t>* element) {
   if (py::isinstance<Numbers>(value)) return py::reinterpret_borrow<Numbers>(value);
-  if (group_of(value))  // NumPy would iterate over its elements
-    throw py::value_error(what + ": expected numbers, not " +
-                          std::string(py::str(py::type::of(value).attr("__name__"))));
+  const auto refuse = [&](const std::string& given) {
+    throw py::value_error(what + ": expected real numbers" + (element ? " of shape " + wanted_shapes(*element) : "") +
+                          ", not " + given);
+  };
+  const auto type = [&] { return std::string(py::str(py::type::of(value).attr("__name__"))); };
+  if (group_of(value)) refuse(type());  // NumPy would iterate over its elements
   const py::array any = py::array::ensure(value);
   if (!any) {
     PyErr_Clear();
-    throw py::value_error(what + ": expected numbers, not " + std::string(py::str(py::type::of(value))));
+    refuse(type());
   }
   const char kind = any.dtype().kind();
-  if (kind == 'O')
-    throw py::value_error(what + ": expected numbers, not " +
-                          std::string(py::str(py::type::of(value).attr("__name__"))));
   if (kind != 'f' && kind != 'i' && kind != 'u' && kind != 'b')
-    throw py::value_error(what + ": expected real numbers, not entries of type " + std::string(py::str(any.dtype())));
+    refuse(any.ndim() == 0 ? type() : "entries of type " + std::string(py::str(any.dtype())));
   return py::array_t<double, py::array::c_style | py::array::forcecast>::ensure(any);
 }
+
+}  // namespace
+
+Numbers numbers(py::handle value, const std::string& what) { return real_numbers(value, what, nullptr); }
 
 void reject_nan(const double* begin, std::size_t count, const std::string& what) {
   if (std::any_of(begin, begin + count, [](double x) { return std::isnan(x); }))
@@ -49,12 +52,12 @@ std::string wanted_shapes(const std::vector<py::ssize_t>& element) {
 }
 
 Batch batch(py::handle value, const std::vector<py::ssize_t>& element, const std::string& what, bool finite) {
-  const Numbers array = numbers(value, what);
+  const Numbers array = real_numbers(value, what, &element);
   const auto rank = py::ssize_t(element.size());
   const py::ssize_t more = array.ndim() - rank;
   if ((more != 0 && more != 1) || !std::equal(element.begin(), element.end(), array.shape() + more))
     throw py::value_error(what + ": expected an array of shape " + wanted_shapes(element) + ", not " +
-                          shape_text(array));
+                          (array.ndim() == 0 ? "a single number" : shape_text(array)));
   reject_nan(array.data(), std::size_t(array.size()), what);
   if (finite && std::any_of(array.data(), array.data() + array.size(), [](double x) { return std::isinf(x); }))
     throw py::value_error(what + ": the array contains infinity");

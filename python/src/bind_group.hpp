@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <functional>
 #include <optional>
 #include <string>
 #include <utility>
@@ -13,6 +12,7 @@
 #include <tandem/lie/operations.hpp>
 
 #include "elements.hpp"
+#include "rotation_input.hpp"
 #include "selection.hpp"
 
 namespace tandem::python {
@@ -110,6 +110,13 @@ std::string repr(const Elements<G>& x, const std::string& name) {
   return text + ")";
 }
 
+/// Returns `value`, or a tuple of it and the Jacobians, which the functions compute.
+template <class... Fs>
+py::object with_jacobians(bool wanted, py::object value, Fs... jacobians) {
+  if (!wanted) return value;
+  return py::make_tuple(std::move(value), jacobians()...);
+}
+
 /// Registers the group for variables and residuals.
 template <LieGroup G>
 void register_group(const std::string& name) {
@@ -165,22 +172,45 @@ py::class_<Elements<G>> bind_group(py::module_& m, const std::string& name, cons
       py::arg("count") = py::none(), "identity(count=None)\n\nReturn the identity, or an array of `count` identities.");
   c.def_static(
       "exp",
-      [what = of("exp")](py::handle v) {
+      [what = of("exp")](py::handle v, bool jacobians) {
         const Batch from = batch(v, {n}, what);
-        return map_elements<G>(from.count, from.single, [&](std::size_t i) { return G::Exp(tangent_of<G>(from, i)); });
+        const auto each = [&](auto f) { return [&from, f](std::size_t i) { return f(tangent_of<G>(from, i)); }; };
+        return with_jacobians(
+            jacobians,
+            py::cast(map_elements<G>(from.count, from.single, each([](const Tangent& d) { return G::Exp(d); }))), [&] {
+              return map_matrices<n, n>(from.count, from.single, each([](const Tangent& d) { return G::Jr(d); }));
+            });
       },
-      py::arg("v"), "exp(v)\n\nReturn the exponential of tangent vectors, shape (dof,) or (n, dof).");
+      py::arg("v"), py::kw_only(), py::arg("jacobians") = false,
+      "exp(v, *, jacobians=False)\n\nReturn the exponential of tangent vectors, shape (dof,) or (n, dof), with the "
+      "Jacobians by v if requested.");
   c.def(
-      "log", [](const E& x) { return map_vectors<n>(x.size(), x.single, [&](std::size_t i) { return x[i].Log(); }); },
-      "log()\n\nReturn the tangent vectors, shape (dof,) or (n, dof).");
+      "log",
+      [](const E& x, bool jacobians) {
+        return with_jacobians(
+            jacobians, map_vectors<n>(x.size(), x.single, [&](std::size_t i) { return x[i].Log(); }), [&] {
+              return map_matrices<n, n>(x.size(), x.single,
+                                        [&](std::size_t i) -> Jacobian { return G::Jr_inverse(x[i].Log()); });
+            });
+      },
+      py::kw_only(), py::arg("jacobians") = false,
+      "log(*, jacobians=False)\n\nReturn the tangent vectors, shape (dof,) or (n, dof), with the Jacobians by X if "
+      "requested.");
   c.def(
       "adjoint",
       [](const E& x) { return map_matrices<n, n>(x.size(), x.single, [&](std::size_t i) { return x[i].Ad(); }); },
       "adjoint()\n\nReturn the matrices of v -> vee(X hat(v) X^-1), shape (dof, dof) or (n, dof, dof).");
   c.def(
       "inverse",
-      [](const E& x) { return map_elements<G>(x.size(), x.single, [&](std::size_t i) { return x[i].inverse(); }); },
-      "inverse()\n\nReturn the inverse elements. Its Jacobian is -X.adjoint().");
+      [](const E& x, bool jacobians) {
+        return with_jacobians(
+            jacobians, py::cast(map_elements<G>(x.size(), x.single, [&](std::size_t i) { return x[i].inverse(); })),
+            [&] {
+              return map_matrices<n, n>(x.size(), x.single, [&](std::size_t i) -> Jacobian { return -x[i].Ad(); });
+            });
+      },
+      py::kw_only(), py::arg("jacobians") = false,
+      "inverse(*, jacobians=False)\n\nReturn the inverse elements, with the Jacobians by X if requested.");
   c.def(
       "matrix",
       [](const E& x) {
@@ -196,14 +226,26 @@ py::class_<Elements<G>> bind_group(py::module_& m, const std::string& name, cons
       py::is_operator());
   c.def(
       "act",
-      [what = of("act")](const E& x, py::handle p) {
+      [what = of("act")](const E& x, py::handle p, bool jacobians) {
         const Batch from = batch(p, {points}, what);
         const std::size_t count = common_size(x.size(), x.single, from.count, from.single, what);
-        return map_vectors<points>(count, x.single && from.single, [&](std::size_t i) {
-          return x[i].act(Eigen::Map<const Vector<points>>(from.data() + (from.single ? 0 : i) * points));
-        });
+        const bool single = x.single && from.single;
+        const auto point = [&](std::size_t i) -> Vector<points> {
+          return Eigen::Map<const Vector<points>>(from.data() + (from.single ? 0 : i) * points);
+        };
+        return with_jacobians(
+            jacobians, map_vectors<points>(count, single, [&](std::size_t i) { return x[i].act(point(i)); }),
+            [&] {
+              return map_matrices<points, n>(count, single, [&](std::size_t i) { return x[i].act_jacobian(point(i)); });
+            },
+            [&] {
+              return map_matrices<points, points>(count, single,
+                                                  [&](std::size_t i) { return x[i].act_point_jacobian(); });
+            });
       },
-      py::arg("points"), "act(points)\n\nReturn the transformed points.");
+      py::arg("points"), py::kw_only(), py::arg("jacobians") = false,
+      "act(points, *, jacobians=False)\n\nReturn the transformed points, with the Jacobians by X and by the points if "
+      "requested.");
   c.def_static("jr", jacobian(&G::Jr, of("jr")), py::arg("v"),
                "jr(v)\n\nReturn the right Jacobians of exp: exp(v + d) = exp(v) exp(jr(v) d).");
   c.def_static("jl", jacobian(&G::Jl, of("jl")), py::arg("v"),
@@ -214,13 +256,24 @@ py::class_<Elements<G>> bind_group(py::module_& m, const std::string& name, cons
                "jl_inv(v)\n\nReturn the inverses of jl(v).");
   c.def(
       "plus",
-      [what = of("plus")](const E& x, py::handle v) {
+      [what = of("plus")](const E& x, py::handle v, bool jacobians) {
         const Batch d = batch(v, {n}, what);
         const std::size_t count = common_size(x.size(), x.single, d.count, d.single, what);
-        return map_elements<G>(count, x.single && d.single,
-                               [&](std::size_t i) { return x[i] * G::Exp(tangent_of<G>(d, i)); });
+        const bool single = x.single && d.single;
+        return with_jacobians(
+            jacobians,
+            py::cast(map_elements<G>(count, single, [&](std::size_t i) { return x[i] * G::Exp(tangent_of<G>(d, i)); })),
+            [&] {
+              return map_matrices<n, n>(count, single,
+                                        [&](std::size_t i) -> Jacobian { return G::Exp(-tangent_of<G>(d, i)).Ad(); });
+            },
+            [&] {
+              return map_matrices<n, n>(count, single,
+                                        [&](std::size_t i) -> Jacobian { return G::Jr(tangent_of<G>(d, i)); });
+            });
       },
-      py::arg("v"), "plus(v)\n\nReturn X exp(v).");
+      py::arg("v"), py::kw_only(), py::arg("jacobians") = false,
+      "plus(v, *, jacobians=False)\n\nReturn X exp(v), with the Jacobians by X and by v if requested.");
   c.def(
       "minus",
       [what = of("minus")](const E& y, const E& x, bool jacobians) -> py::object {
@@ -322,31 +375,6 @@ py::class_<Elements<G>> bind_group(py::module_& m, const std::string& name, cons
   register_group<G>(name);
   return c;
 }
-
-/// Throws ValueError unless M is a rotation matrix within 1e-6.
-template <int N>
-Matrix<N, N> checked_rotation(const Matrix<N, N>& M, const std::string& what) {
-  if (!(M.transpose() * M).isIdentity(1e-6) || M.determinant() < 0)
-    throw py::value_error(what + ": the matrix is not a rotation (R' R = I and det R = 1, within 1e-6)");
-  return M;
-}
-
-/// Throws ValueError unless the last row of T is 0 … 0 1 within 1e-6.
-template <int N>
-void check_last_row(const Matrix<N, N>& T, const std::string& what) {
-  if (!((T.row(N - 1) - Vector<N>::Unit(N - 1).transpose()).cwiseAbs().maxCoeff() < 1e-6))
-    throw py::value_error(what + ": the last row of the matrix is not 0 ... 0 1");
-}
-
-/// Converts rotations to elements: elements of SO3, rotation matrices, or a scipy Rotation.
-Elements<SO3> rotations_in_space(py::handle value, const std::string& what);
-/// Converts rotations in the plane: elements of SO2, angles [rad], or rotation matrices.
-Elements<SO2> rotations_in_plane(py::handle value, const std::string& what);
-/// Converts quaternions of the named order, "xyzw" or "wxyz".
-Elements<SO3> rotations_of_quaternions(py::handle value, const std::string& order, const std::string& what);
-/// Returns the quaternions in the named order.
-Numbers quaternions(std::size_t count, bool single, const std::string& order, const std::string& what,
-                    const std::function<Eigen::Quaterniond(std::size_t)>& of);
 
 void bind_rotations(py::module_& m);
 void bind_planar(py::module_& m);

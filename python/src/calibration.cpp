@@ -145,7 +145,7 @@ Calibration calibrate_problems(const Problems& problems, py::handle groups, cons
 
 void bind_calibration(py::module_& m) {
   py::class_<CalibratedNoise> n(m, "CalibratedNoise", "The calibrated factor of one noise group of a Calibration.");
-  n.def_readonly("name", &CalibratedNoise::name);
+  n.def_readonly("name", &CalibratedNoise::name, "Name of the group.");
   n.def_readonly("factor", &CalibratedNoise::factor, "Factor of the given standard deviations.");
   n.def_readonly("log_error", &CalibratedNoise::log_error,
                  "Standard error of log(factor), about the relative standard error of the factor.");
@@ -207,9 +207,11 @@ void bind_calibration(py::module_& m) {
         py::arg("measured") = py::none(), py::arg("progress") = py::none());
   c.def(py::init(&calibrate_problems), py::arg("problem"), py::arg("groups"), py::kw_only(),
         py::arg("priors") = py::dict(), py::arg("measured") = py::none(), py::arg("progress") = py::none());
-  c.def_property_readonly("status", [](const Calibration& x) { return std::string(name(x.status)); });
-  c.def_readonly("message", &Calibration::message);
-  c.def_property_readonly("converged", &Calibration::converged);
+  c.def_property_readonly(
+      "status", [](const Calibration& x) { return std::string(name(x.status)); },
+      "\"converged\", or why the calibration ended.");
+  c.def_readonly("message", &Calibration::message, "The status in words.");
+  c.def_property_readonly("converged", &Calibration::converged, "Whether the status is \"converged\".");
   c.def_property_readonly(
       "noise",
       [](const Calibration& x) {
@@ -230,8 +232,9 @@ void bind_calibration(py::module_& m) {
       "log_covariance", [](const Calibration& x) { return x.log_covariance; },
       "Posterior covariance of the log factors, in the order of the groups; zero for factors that are kept.");
   c.def_readonly("gain", &Calibration::gain, "Increase of the log evidence over the given noise.");
-  c.def_readonly("log_evidence", &Calibration::log_evidence);
-  c.def_readonly("iterations", &Calibration::iterations).def_readonly("solves", &Calibration::solves);
+  c.def_readonly("log_evidence", &Calibration::log_evidence, "Log evidence of the calibrated noise.");
+  c.def_readonly("iterations", &Calibration::iterations, "Number of steps of the factors.");
+  c.def_readonly("solves", &Calibration::solves, "Number of solves of a problem.");
   c.def("__repr__", [](const Calibration& x) {
     std::string text = "<Calibration: " + std::string(name(x.status));
     for (const CalibratedNoise& noise : x.noise)

@@ -1,5 +1,3 @@
-#include <cmath>
-
 #include <tandem/solvers/fixed_lag/fixed_lag.hpp>
 
 #include "bind_covariances.hpp"
@@ -53,8 +51,7 @@ void bind_fixed_lag(py::module_& m) {
   c.def(
       "add",
       [](PyFixedLag& self, double t, py::handle initial, const std::string& name) {
-        if (const auto why = self.lag->why_too_late(t)) throw BadInputError(*why);
-        if (!std::isfinite(t)) throw BadInputError("fixed-lag: the time of a variable is not finite");
+        if (const auto why = self.lag->why_too_late(t)) throw BadInputError("fixed-lag: " + *why);
         const py::object x = py::cast(self.problem).attr("add")(initial, name);
         const BlockVariables added = block_variables(x, "add");
         for (std::size_t i = 0; i < added.count; ++i)
@@ -67,6 +64,7 @@ void bind_fixed_lag(py::module_& m) {
       "update",
       [](PyFixedLag& self) {
         PyProblem::Solve solving(*self.problem);
+        self.problem->set_solved(false, "it raised an exception");  // unless it ends
         const Summary summary = self.watched->run([&] { return self.lag->update(); });
         self.problem->set_solved(summary.converged(), summary.message);
         return summary;
@@ -75,8 +73,12 @@ void bind_fixed_lag(py::module_& m) {
   bind_covariances(c, [](const PyFixedLag& self, const std::vector<VariableHandle>& x, const std::vector<int>& dofs) {
     return self.lag->covariance(ids_of(*self.problem, x), dofs);
   });
-  c.def_property_readonly("oldest", [](const PyFixedLag& self) { return self.lag->oldest(); });
-  c.def_property_readonly("newest", [](const PyFixedLag& self) { return self.lag->newest(); });
+  c.def_property_readonly(
+      "oldest", [](const PyFixedLag& self) { return self.lag->oldest(); },
+      "Earliest time of the variables in the window [s]; -inf if there are none.");
+  c.def_property_readonly(
+      "newest", [](const PyFixedLag& self) { return self.lag->newest(); },
+      "Latest time of the variables in the window [s]; -inf if there are none.");
   c.def("__repr__", [](const PyFixedLag& self) {
     return "<FixedLag: " + std::to_string(self.lag->problem().num_variables()) + " variables>";
   });

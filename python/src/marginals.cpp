@@ -66,13 +66,18 @@ void bind_marginals(py::module_& m) {
       "require_regular", [](const PyMarginals& self) { self.marginals->require_regular(); },
       "require_regular()\n\nRaise NotObservableError, which names state and direction, if a direction is "
       "unobservable.");
-  c.def_property_readonly("unobservable", [](const PyMarginals& self) {
-    py::dict states;
-    for (const UnobservableState& state : self.marginals->unobservable())
-      states[py::str(state.variable)] = state.directions;
-    return states;
-  });
-  c.def_property_readonly("log_determinant", [](const PyMarginals& self) { return self.marginals->log_determinant(); });
+  c.def_property_readonly(
+      "unobservable",
+      [](const PyMarginals& self) {
+        py::dict states;
+        for (const UnobservableState& state : self.marginals->unobservable())
+          states[py::str(state.variable)] = state.directions;
+        return states;
+      },
+      "Names of the unobservable directions by variable.");
+  c.def_property_readonly(
+      "log_determinant", [](const PyMarginals& self) { return self.marginals->log_determinant(); },
+      "Logarithm of the determinant of the information matrix H; -inf if it is singular.");
   c.def("__repr__", [](const PyMarginals& self) {
     return "<Marginals: " + std::to_string(self.marginals->unobservable().size()) + " unobservable states>";
   });

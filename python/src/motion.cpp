@@ -58,7 +58,10 @@ void bind_motion(py::module_& m) {
   declare_axes<surge, true>(m, axes);
   declare_axes<sway, true>(m, axes);
   declare_axes<heave, false>(m, axes);
+  declare_axes<roll_rate, false>(m, axes);
+  declare_axes<pitch_rate, false>(m, axes);
   declare_axes<yaw_rate, true>(m, axes);
+  declare_axes<pitch_rate | yaw_rate, false>(m, axes);
   declare_axes<sway | heave, false>(m, axes);
   declare_axes<roll_rate | pitch_rate, false>(m, axes);
   declare_axes<surge | sway | heave, false>(m, axes);

@@ -67,9 +67,17 @@ void bind_vehicle(py::module_& m) {
           return state;
         }),
         py::arg("pose"), py::arg("twist") = py::none(), py::arg("actuators") = py::none());
-  s.def_property_readonly("pose", [](const PyVehicleState& x) { return Elements<SE3>{{x.pose}, true}; });
-  s.def_property_readonly("twist", [](const PyVehicleState& x) { return x.twist; });
-  s.def_property_readonly("actuators", [](const PyVehicleState& x) { return x.actuators; });
+  s.def_property_readonly(
+      "pose",
+      [](const PyVehicleState& x) {
+        return Elements<SE3>{{x.pose}, true};
+      },
+      "Pose in the world.");
+  s.def_property_readonly(
+      "twist", [](const PyVehicleState& x) { return x.twist; }, "Body twist, shape (6,) [m/s, rad/s].");
+  s.def_property_readonly(
+      "actuators", [](const PyVehicleState& x) { return x.actuators; },
+      "Actuator states in the order of Vehicle.actuators, shape (n,).");
   s.def("__repr__", [](const PyVehicleState& x) {
     return "<VehicleState at " + repr(Elements<SE3>{{x.pose}, true}, "SE3") + ">";
   });
@@ -121,7 +129,9 @@ void bind_vehicle(py::module_& m) {
       [](const Vehicle& vehicle, double dt) {
         require_positive(dt, "actuator_lag");
         return std::visit(
-            [&]<int N>(const VehicleModel<N>& model) { return in_python("ActuatorLag", ActuatorLag<N>(model.lag, dt)); },
+            [&]<int N>(const VehicleModel<N>& model) {
+              return in_python("ActuatorLag", ActuatorLag<N>(model.lag, dt));
+            },
             vehicle.model);
       },
       py::arg("dt"), "actuator_lag(dt)\n\nReturn the lag of the actuators over dt [s], an ActuatorLag.");
@@ -137,13 +147,24 @@ void bind_prediction(py::module_& m) {
       "TargetPrediction(poses, twists, covariances=None): an array of n SE3, body twists of shape (n, 6) [m/s, rad/s], "
       "and covariances of the poses of shape (n, 6, 6), right perturbations [m, rad].");
   t.def(py::init(&prediction_of), py::arg("poses"), py::arg("twists"), py::arg("covariances") = py::none());
-  t.def_property_readonly("poses", [](const TargetPrediction& x) { return Elements<SE3>{x.pose, false}; });
-  t.def_property_readonly("twists", [](const TargetPrediction& x) {
-    return map_vectors<6>(x.twist.size(), false, [&](std::size_t i) { return x.twist[i]; });
-  });
-  t.def_property_readonly("covariances", [](const TargetPrediction& x) {
-    return map_matrices<6, 6>(x.covariance.size(), false, [&](std::size_t i) { return x.covariance[i]; });
-  });
+  t.def_property_readonly(
+      "poses",
+      [](const TargetPrediction& x) {
+        return Elements<SE3>{x.pose, false};
+      },
+      "Poses, an array of n SE3.");
+  t.def_property_readonly(
+      "twists",
+      [](const TargetPrediction& x) {
+        return map_vectors<6>(x.twist.size(), false, [&](std::size_t i) { return x.twist[i]; });
+      },
+      "Body twists, shape (n, 6) [m/s, rad/s].");
+  t.def_property_readonly(
+      "covariances",
+      [](const TargetPrediction& x) {
+        return map_matrices<6, 6>(x.covariance.size(), false, [&](std::size_t i) { return x.covariance[i]; });
+      },
+      "Covariances of the poses by right perturbations, shape (n, 6, 6) [m, rad].");
   t.def("__len__", [](const TargetPrediction& x) { return x.pose.size(); });
   t.def("__repr__", [](const TargetPrediction& x) {
     return "<TargetPrediction at " + std::to_string(x.pose.size()) + " instants>";
@@ -169,7 +190,7 @@ void bind_prediction(py::module_& m) {
                          vector_of<3>(point, "Cone: point")};
            }),
            py::arg("half_angle"), py::arg("apex") = py::none(), py::arg("point") = py::none())
-      .def_readonly("half_angle", &Cone::half_angle)
+      .def_readonly("half_angle", &Cone::half_angle, "Half angle [rad].")
       .def("__repr__", [](const Cone& x) { return "<Cone of half angle " + std::to_string(x.half_angle) + " rad>"; });
 }
 

@@ -47,8 +47,9 @@ PlanOptions plan_options(Options& read, const Vehicle& vehicle) {
   read("twist", twist);
   if (twist) {
     const PyBounds bounds = bounds_of(twist, "Planner: twist");
-    const auto side = [&](const std::vector<double>& rows) {
-      return Vector<6>(Eigen::Map<const Vector<6>>(bounds.expanded(rows, 6, "Planner: twist").data()));
+    bounds.check(6, 1, "Planner: twist");
+    const auto side = [&](const RowBounds& rows) {
+      return Vector<6>(Eigen::Map<const Vector<6>>(PyBounds::rows(rows, 0, 6).data()));
     };
     o.twist = Bounds<6>{side(bounds.lower), side(bounds.upper)};
   }
@@ -212,7 +213,7 @@ void bind_planner(py::module_& m) {
         "bound and multiplier.");
   c.def("reset", &PyPlanner::reset, "reset()\n\nDiscard the last plan.");
   c.def_property_readonly("has_plan", &PyPlanner::has_plan, "Whether the next plan starts from a previous one.");
-  c.def_property_readonly("vehicle", &PyPlanner::vehicle, py::return_value_policy::copy);
+  c.def_property_readonly("vehicle", &PyPlanner::vehicle, py::return_value_policy::copy, "Vehicle of the plans.");
   c.def_property_readonly("steps", &PyPlanner::steps, "Number of steps H.");
   c.def("__repr__", [](const PyPlanner& x) {
     return "<Planner of " + x.vehicle().name + ": " + std::to_string(x.steps()) + " steps>";

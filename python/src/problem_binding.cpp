@@ -7,54 +7,13 @@
 #include <tandem/problem/nlp_evaluator.hpp>
 
 #include "bind_group.hpp"
-#include "noise.hpp"
 #include "problem_object.hpp"
 #include "python_error.hpp"
-#include "python_residual.hpp"
-#include "residual_family.hpp"
 
 namespace tandem::python {
 namespace {
 
 using Class = py::class_<PyProblem, std::shared_ptr<PyProblem>>;
-
-/// Adds one block, or one for each element of the arrays. add(i, x, type, object) adds block i.
-template <class Add>
-PyBlocks add_blocks(PyProblem& self, py::handle residual, const BlockVariables& x, bool hard, Add add) {
-  std::vector<VariableHandle> handles(x.states.size());
-  const auto variables = [&](std::size_t i) {
-    for (std::size_t s = 0; s < handles.size(); ++s) handles[s] = x.at(s, i);
-    return std::span<const VariableHandle>(handles);
-  };
-  if (py::isinstance<FamilyResidual>(residual)) {
-    const BoundResidual bound(residual.cast<const FamilyResidual&>(), x.groups);
-    const std::string& name = residual.cast<const FamilyResidual&>().family->name;
-    const std::size_t count = common_size(x.count, x.single, bound.count(), bound.single(), name);
-    const bool single = x.single && bound.single();
-    const detail::ResidualType& type = hard ? *bound.instance().hard : *bound.instance().soft;
-    PyBlocks blocks{{}, single};
-    blocks.blocks.reserve(count);
-    const auto prepared = add(bound.dim(), count, name);
-    for (std::size_t i = 0; i < count; ++i)
-      bound.make(i, [&](const void* object) { blocks.blocks.push_back(prepared(i, type, object, variables(i))); });
-    return blocks;
-  }
-  if (!py::isinstance<Callable>(residual))
-    throw py::type_error("expected a residual such as Prior(z), or one made by tandem.residual, not " +
-                         std::string(py::str(py::type::of(residual).attr("__name__"))));
-  const auto callable = residual.cast<std::shared_ptr<Callable>>();
-  const bool has_rows = py::len(callable->data) > 0 || callable->numbers_each > 0;
-  const std::size_t count = common_size(x.count, x.single, callable->count, !has_rows, callable->name);
-  const PythonResidualType type = python_residual_type(*callable, x.groups, hard);
-  PyBlocks blocks{{}, x.single && !has_rows};
-  const auto prepared = add(callable->dim, count, callable->name);
-  for (std::size_t i = 0; i < count; ++i) {
-    const PythonResidual object(callable, has_rows ? i : 0, &type.groups);
-    blocks.blocks.push_back(prepared(i, type.type, &object, variables(i)));
-    self.remember({blocks.blocks.back(), callable, has_rows ? i : 0, hard, handles});
-  }
-  return blocks;
-}
 
 py::object add_variables(PyProblem& self, py::handle initial, const std::string& name) {
   Problem& problem = self.change();
@@ -147,12 +106,6 @@ std::vector<PyVariable> variables_of(const Problem& problem) {
 
 namespace {
 
-const Block& only(const PyBlocks& blocks, const char* function) {
-  if (blocks.blocks.size() != 1)
-    throw py::value_error(std::string(function) + ": expected one block, not " + std::to_string(blocks.blocks.size()));
-  return blocks.blocks[0];
-}
-
 /// Returns the free and fixed variables, and the blocks of each residual and role.
 py::dict statistics(const PyProblem& self) {
   const Problem& problem = self.read();
@@ -177,27 +130,10 @@ py::list block_variables_of(const PyProblem& self) {
   return list;
 }
 
-void bind_blocks(py::module_& m) {
-  py::class_<PyBlocks> b(m, "Blocks", "Blocks of a problem, as returned by Problem.minimize and subject_to.");
-  b.def("__len__", [](const PyBlocks& blocks) { return blocks.blocks.size(); });
-  b.def("__getitem__", [](const PyBlocks& blocks, py::handle index) {
-    const Selection chosen = selection(index, blocks.blocks.size(), "blocks");
-    PyBlocks part{{}, chosen.single};
-    for (const std::size_t i : chosen.elements) part.blocks.push_back(blocks.blocks[i]);
-    return part;
-  });
-  b.def("__repr__", [](const PyBlocks& blocks) {
-    const std::size_t n = blocks.blocks.size();
-    return "<" + std::to_string(n) + (n == 1 ? " block: " : " blocks: ") +
-           (n ? std::string(blocks.blocks[0].residual) : std::string("none")) + ">";
-  });
-}
-
 }  // namespace
 
 void bind_problem(py::module_& m) {
-  bind_blocks(m);
-  Class c(m, "Problem",
+  Class c(m, "Problem", py::custom_type_setup(&collect_garbage),
           "Nonlinear least squares with hard constraints, over variables on Lie groups.\n\n"
           ">>> import tandem\n>>> p = tandem.Problem()\n>>> x = p.add(tandem.R1([0.0]), 'x')\n"
           ">>> cost = p.minimize(tandem.Prior(tandem.R1([2.0])), 1.0, x)\n"
@@ -216,40 +152,6 @@ void bind_problem(py::module_& m) {
         for (const PyVariable& variable : all_variables(x, "fix")) self.change().fix(variable.handle, fixed);
       },
       py::arg("x"), py::arg("fixed") = true, "fix(x, fixed=True)\n\nHold variables at their values, or free them.");
-  c.def(
-      "minimize",
-      [](PyProblem& self, py::handle residual, py::handle noise, py::handle x, py::handle loss) {
-        Problem& problem = self.change();
-        const Loss rho = loss_of(loss);
-        return add_blocks(self, residual, block_variables(x, "minimize"), false,
-                          [&](int dim, std::size_t count, const std::string& name) {
-                            return [&, all = noises(noise, dim, count, name)](
-                                       std::size_t i, const detail::ResidualType& type, const void* object,
-                                       std::span<const VariableHandle> handles) {
-                              return problem.minimize(type, object, handles, all[i], rho);
-                            };
-                          });
-      },
-      py::arg("residual"), py::arg("noise"), py::arg("x"), py::arg("loss") = py::none(),
-      "minimize(residual, noise, x, loss=None)\n\nAdd the cost rho(r' S^-1 r) / 2. `noise` is a Gaussian or standard "
-      "deviations; `x` one variable, or a list of variables and arrays of variables: one block for each element.");
-  c.def(
-      "subject_to",
-      [](PyProblem& self, py::handle residual, py::handle bounds, py::handle x) {
-        Problem& problem = self.change();
-        const PyBounds limits = bounds_of(bounds, "subject_to");
-        return add_blocks(
-            self, residual, block_variables(x, "subject_to"), true, [&](int dim, std::size_t, const std::string& name) {
-              return [&, lower = limits.expanded(limits.lower, dim, name),
-                      upper = limits.expanded(limits.upper, dim, name)](std::size_t, const detail::ResidualType& type,
-                                                                        const void* object,
-                                                                        std::span<const VariableHandle> handles) {
-                return problem.subject_to(type, object, handles, lower, upper);
-              };
-            });
-      },
-      py::arg("residual"), py::arg("bounds"), py::arg("x"),
-      "subject_to(residual, bounds, x)\n\nAdd the constraint lower <= r <= upper.");
   c.def(
       "remove", [](PyProblem& self, py::handle what) { remove(self.change(), what); }, py::arg("what"),
       "remove(what)\n\nRemove blocks, or variables that no block reads: all of them, or none if there is an error.");
@@ -276,36 +178,6 @@ void bind_problem(py::module_& m) {
         return NlpEvaluator(problem).cost();
       },
       "cost()\n\nReturn the cost at the current values of the variables.");
-  c.def(
-      "multipliers",
-      [](const PyProblem& self, const PyBlocks& blocks) -> py::object {
-        const Problem& problem = self.read();
-        for (const Block& block : blocks.blocks) problem.multipliers(block);  // throws for costs and other problems
-        if (!self.no_multipliers.empty() && !blocks.blocks.empty()) raise("NumericalError", self.no_multipliers);
-        if (blocks.single) return py::cast(problem.multipliers(only(blocks, "multipliers")));
-        const int dim = blocks.blocks.empty() ? 0 : int(problem.multipliers(blocks.blocks[0]).size());
-        Numbers result = new_array(blocks.blocks.size(), false, {dim});
-        double* to = result.mutable_data();
-        for (const Block& block : blocks.blocks) {
-          const Eigen::VectorXd y = problem.multipliers(block);
-          to = std::copy(y.begin(), y.end(), to);
-        }
-        return std::move(result);
-      },
-      py::arg("blocks"),
-      "multipliers(blocks)\n\nReturn the Lagrange multipliers of the rows: the decrease of the minimal cost per unit "
-      "by which the active bound is raised. Raise NumericalError unless the last solve converged.");
-  c.def(
-      "weight", [](const PyProblem& self, const PyBlocks& b) { return self.read().weight(only(b, "weight")); },
-      py::arg("block"), "weight(block)\n\nReturn the weight that the robust loss gives a cost.");
-  c.def(
-      "linearization",
-      [](const PyProblem& self, const PyBlocks& b) {
-        self.forget_evaluations();
-        const Problem::Linearization at = self.read().linearization(only(b, "linearization"));
-        return py::make_tuple(at.residual, at.jacobian);
-      },
-      py::arg("block"), "linearization(block)\n\nReturn the rows and the Jacobian by all states side by side.");
   c.def("copy", &PyProblem::copy,
         "copy()\n\nReturn an independent copy. Blocks are valid in both; see counterpart() for variables.");
   c.def("__copy__", &PyProblem::copy);
@@ -333,17 +205,6 @@ void bind_problem(py::module_& m) {
         return list;
       },
       "All variables in the order in which they were added.");
-  c.def_property_readonly(
-      "blocks",
-      [](const PyProblem& self) {
-        py::list list;
-        for (const Block& block : self.read().blocks()) list.append(PyBlocks{{block}, true});
-        return list;
-      },
-      "All blocks, grouped by residual type and role.");
-  c.def(
-      "describe", [](const PyProblem& self, const PyBlocks& b) { return self.read().describe(only(b, "describe")); },
-      py::arg("block"), "describe(block)\n\nReturn the residual and its variables, for messages.");
   c.def_property_readonly("statistics", &statistics, "Counts of variables, blocks, unknowns and constraints.");
   c.def("_block_variables", &block_variables_of);
   c.def("__repr__", [](const PyProblem& self) {
@@ -353,6 +214,7 @@ void bind_problem(py::module_& m) {
            std::to_string(problem.num_soft_blocks()) + " costs, " + std::to_string(problem.num_hard_blocks()) +
            " constraints, " + std::to_string(size.unknowns) + " unknowns>";
   });
+  bind_blocks(m, c);
   bind_problem_files(c);
   bind_solve(m, c);
 }

@@ -5,6 +5,7 @@
 
 #include <tandem/problem/file/problem_file.hpp>
 
+#include "noise.hpp"
 #include "problem_object.hpp"
 #include "python_error.hpp"
 #include "python_residual.hpp"
@@ -33,7 +34,7 @@ py::tuple pickled(const PyProblem& self) {
       const Bounds<Eigen::Dynamic> bounds = problem.bounds(b.block);
       role = py::make_tuple(bounds.lower, bounds.upper, problem.multipliers(b.block));
     } else {
-      role = py::make_tuple(problem.noise(b.block), problem.loss(b.block));
+      role = py::make_tuple(Noises{{problem.noise(b.block)}}, problem.loss(b.block));
     }
     list.append(py::make_tuple(b.callable, b.row, variables, role));
     rest.remove(b.block);
@@ -67,7 +68,7 @@ std::shared_ptr<PyProblem> unpickled(const py::tuple& state) {
       block = problem.subject_to(type.type, &object, x, lower, upper);
       problem.set_multipliers(block, role[2].cast<Eigen::VectorXd>());
     } else {
-      block = problem.minimize(type.type, &object, x, role[0].cast<Gaussian>(), role[1].cast<Loss>());
+      block = problem.minimize(type.type, &object, x, role[0].cast<const Noises&>()[0], role[1].cast<Loss>());
     }
     self->remember({block, callable, row, hard, x});
   }

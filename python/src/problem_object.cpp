@@ -1,5 +1,7 @@
 #include "problem_object.hpp"
 
+#include <map>
+
 #include "callable.hpp"
 #include "python_error.hpp"
 
@@ -40,6 +42,67 @@ std::vector<PythonBlock> PyProblem::python_blocks() const {
   for (const PythonBlock& block : python_blocks_)
     if (read().has(block.block)) present.push_back(block);
   return present;
+}
+
+std::vector<std::shared_ptr<Callable>> PyProblem::own_callables() const {
+  if (solving_) return {};  // the solver may copy or remove blocks
+  // A problem has one pointer for each entry of its two lists, and one in each block that is still present.
+  std::map<const Callable*, long> pointers;
+  for (const auto& callable : callables_) ++pointers[callable.get()];
+  for (const PythonBlock& b : python_blocks_) pointers[b.callable.get()] += problem_->has(b.block) ? 2 : 1;
+  std::vector<std::shared_ptr<Callable>> own;
+  for (const PythonBlock& b : python_blocks_)
+    if (const auto at = pointers.find(b.callable.get()); at != pointers.end()) {
+      if (b.callable.use_count() == at->second) own.push_back(b.callable);
+      pointers.erase(at);
+    }
+  return own;
+}
+
+int PyProblem::traverse(visitproc visit, void* argument) const {
+  for (const auto& f : own_callables())
+    for (const py::handle object : {py::handle(f->function), py::handle(f->data), py::handle(f->owner)})
+      if (object)
+        if (const int result = visit(object.ptr(), argument)) return result;
+  return 0;
+}
+
+void PyProblem::clear() {
+  std::vector<py::object> garbage;  // destroyed last, because destructors may run any code
+  for (const auto& f : own_callables()) {
+    garbage.insert(garbage.end(), {f->function, f->data, f->owner});
+    f->function = py::none();
+    f->data = py::tuple();
+    f->owner = py::none();
+  }
+}
+
+namespace {
+
+/// Returns the problem of an object, or null before its __init__() has ended.
+PyProblem* find(PyObject* self) {
+  const auto instance = reinterpret_cast<py::detail::instance*>(self)->get_value_and_holder();
+  return instance.holder_constructed() ? instance.value_ptr<PyProblem>() : nullptr;
+}
+
+}  // namespace
+
+void collect_garbage(PyHeapTypeObject* heap_type) {
+  PyTypeObject& type = heap_type->ht_type;
+  type.tp_flags |= Py_TPFLAGS_HAVE_GC;
+  type.tp_traverse = [](PyObject* self, visitproc visit, void* arg) {
+    Py_VISIT(Py_TYPE(self));
+    const PyProblem* problem = find(self);
+    return problem ? problem->traverse(visit, arg) : 0;
+  };
+  type.tp_clear = [](PyObject* self) {
+    if (PyProblem* problem = find(self)) problem->clear();
+    return 0;
+  };
+  type.tp_dealloc = [](PyObject* self) {
+    PyObject_GC_UnTrack(self);
+    py::detail::pybind11_object_dealloc(self);
+  };
 }
 
 PyProblem::Solve::Solve(PyProblem& problem) : problem_(problem) {

@@ -40,6 +40,11 @@ class PyProblem {
   void remember(PythonBlock block);
   /// Makes the next computation call all Python residuals again, since these may read data that have changed.
   void forget_evaluations() const;
+  /// Shows Python's garbage collector the objects that only this problem keeps alive: those of residuals in Python. A
+  /// function may refer to the problem itself, as a method of the object that holds it does.
+  int traverse(visitproc visit, void* argument) const;
+  /// Releases these objects. The problem is garbage.
+  void clear();
   /// Returns those blocks that are still in the problem.
   std::vector<PythonBlock> python_blocks() const;
 
@@ -48,6 +53,11 @@ class PyProblem {
   /// Sets the reason after a solve.
   void set_solved(bool converged, const std::string& message) {
     no_multipliers = converged ? "" : "multipliers: the last solve did not converge: " + message;
+  }
+  /// Sets the reason after a change of `what`.
+  void outdate_multipliers(const std::string& what) {
+    if (no_multipliers.empty())
+      no_multipliers = "multipliers: " + what + " has changed since the last solve; call solve() again";
   }
 
   /// Marks the problem as being solved by this thread. The constructor throws BusyError if the problem is already being
@@ -69,6 +79,9 @@ class PyProblem {
   };
 
  private:
+  /// Returns the callables that only this problem owns; none during a solve.
+  std::vector<std::shared_ptr<Callable>> own_callables() const;
+
   std::shared_ptr<Problem> problem_;
   std::vector<PythonBlock> python_blocks_;
   std::vector<std::shared_ptr<const Callable>> callables_;  // of the blocks
@@ -85,10 +98,15 @@ struct PyBlocks {
 /// Returns all variables of a problem in the order in which they were added.
 std::vector<PyVariable> variables_of(const Problem& problem);
 
+/// Makes Python's garbage collector follow references from a class of PyProblem.
+void collect_garbage(PyHeapTypeObject* type);
 void bind_problem(py::module_& m);
+/// Binds the class Blocks and the functions of a problem that add, read or change blocks.
+void bind_blocks(py::module_& m, py::class_<PyProblem, std::shared_ptr<PyProblem>>& c);
 void bind_problem_files(py::class_<PyProblem, std::shared_ptr<PyProblem>>& c);
 void bind_solve(py::module_& m, py::class_<PyProblem, std::shared_ptr<PyProblem>>& c);
 void bind_marginals(py::module_& m);
+void bind_fit_report(py::module_& m);
 void bind_fixed_lag(py::module_& m);
 void bind_calibration(py::module_& m);
 void bind_planner(py::module_& m);

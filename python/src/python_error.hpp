@@ -13,13 +13,14 @@ namespace tandem::python {
 
 namespace py = pybind11;
 
-/// An exception of a Python residual on its way through a solver. Threads without the interpreter's lock may copy and
+/// An exception of a Python function on its way through a solver. Threads without the interpreter's lock may copy and
 /// destroy it.
 class PythonError : public std::runtime_error {
  public:
-  /// Takes the exception that is being handled. The caller holds the lock.
-  PythonError(const std::string& residual, const py::error_already_set& error)
-      : std::runtime_error(residual + ": the residual raised " + summary(error)),
+  /// Takes the exception that is being handled. `source` is the function that raised it, for the message. The caller
+  /// holds the lock.
+  PythonError(const std::string& source, const py::error_already_set& error)
+      : std::runtime_error(source + " raised " + summary(error)),
         error_(new py::error_already_set(error), [](py::error_already_set* e) {
           if (!Py_IsInitialized()) return;
           const py::gil_scoped_acquire lock;

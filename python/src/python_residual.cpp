@@ -133,7 +133,7 @@ void PythonResidual::call(const PythonResidual* const* residuals, const void* co
     }
     if (error.matches(exception_class("UndefinedResidualError")))
       throw UndefinedResidualError(std::string(py::str(error.value())));
-    throw PythonError(name, error);
+    throw PythonError(name + ": the residual", error);
   }
 }
 

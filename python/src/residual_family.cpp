@@ -21,7 +21,8 @@ std::string group_names(const std::vector<const std::type_info*>& types) {
 void check_member(const Family& family, std::size_t k, py::handle value) {
   const std::string& name = family.members[k];
   const std::string what = family.name + ": " + name;
-  std::string wanted, message;
+  std::vector<std::pair<std::string, std::string>> wanted;  // a type or shapes, and the groups of states that need it
+  std::string given, other;
   std::vector<const Instance*> instances;
   for (const Instance& instance : family.instances) instances.push_back(&instance);
   if (const Group* group = group_of(value))  // most likely that of the states; the others would throw
@@ -38,13 +39,28 @@ void check_member(const Family& family, std::size_t k, py::handle value) {
     } catch (const py::value_error& error) {
       const std::string own = error.what();
       if (own.find("NaN") != std::string::npos || own.find("must") != std::string::npos) throw;
+      const std::size_t from = own.find("expected "), to = own.rfind(", not ");
+      if (from == std::string::npos || to == std::string::npos) {  // a value of the right type or shape
+        if (other.empty()) other = own;
+        continue;
+      }
+      const std::string want = own.substr(from + 9, to - from - 9);
+      if (given.empty()) given = own.substr(to + 6);
+      auto same = std::find_if(wanted.begin(), wanted.end(), [&](const auto& w) { return w.first == want; });
+      if (same == wanted.end()) same = wanted.emplace(same, want, "");
       const std::string group = group_names({instance->states[0]});
-      if (message != own) wanted += (wanted.empty() ? "" : ", ") + group;
-      message = message.empty() || message == own ? own : "groups";
+      if ((" " + same->second + ",").find(" " + group + ",") == std::string::npos)
+        same->second += (same->second.empty() ? "" : ", ") + group;
     }
-  if (message != "groups") throw py::value_error(message);
-  throw py::value_error(what + ": expected a value of " + wanted + ", not " +
-                        std::string(py::str(py::type::of(value).attr("__name__"))));
+  if (!other.empty()) throw py::value_error(other);
+  std::string text;
+  const bool many = wanted.size() > 4;  // a residual of all groups: the names of the groups suffice
+  for (const auto& [want, groups] : wanted)
+    text += (text.empty() ? ""
+             : many       ? ", "
+                          : ", or ") +
+            (many ? groups : want + (wanted.size() > 1 ? " for states " + groups : ""));
+  throw py::value_error(what + ": expected " + (many ? "a value of " : "") + text + ", not " + given);
 }
 
 /// Fills the members from positional and keyword arguments.
@@ -134,7 +150,8 @@ void bind_family(py::module_& m, const Family& family, const char* doc) {
 
 void bind_residual_class(py::module_& m) {
   py::class_<FamilyResidual> c(m, "Residual", "A residual of the library, or an array of residuals of one type.");
-  c.def_property_readonly("name", [](const FamilyResidual& r) { return r.family->name; });
+  c.def_property_readonly(
+      "name", [](const FamilyResidual& r) { return r.family->name; }, "Name of the function that made the residual.");
   c.def(
       "__call__",
       [](const FamilyResidual& residual, const py::args& states, bool jacobians) {

@@ -211,5 +211,6 @@ void bind_sightings(py::module_& m);
 void bind_motion(py::module_& m);
 void bind_own_sensors(py::module_& m);
 void bind_dynamics(py::module_& m);
+void bind_quadrotor(py::module_& m);
 
 }  // namespace tandem::python

@@ -18,10 +18,10 @@ void bind_sightings(py::module_& m) {
       m, "UsblSpherical", {"range", "azimuth", "elevation", "B", "beacon"}, 3,
       "UsblSpherical(range, azimuth, elevation, B=identity, beacon=0)\n\nMeasured range [m], azimuth and elevation "
       "[rad] of the target. States: chaser pose, target pose or point.");
-  declare<Range<SE3, SE3>, Range<SE3, R3>, Range<SE2, SE2>, Range<SE2, R2>>(
+  declare<Range<SE3, SE3>, Range<SE3, R3>, Range<SE2, SE2>, Range<SE2, R2>, Range<R3, R3>, Range<R2, R2>>(
       m, "Range", {"range", "B", "beacon"}, 1,
-      "Range(range, B=identity, beacon=0)\n\nMeasured distance to the target [m]. States: chaser pose, target pose or "
-      "point.");
+      "Range(range, B=identity, beacon=0)\n\nMeasured distance to the target [m]. States: chaser pose or point, target "
+      "pose or point.");
   declare<LogRange<SE3, SE3>, LogRange<SE3, R3>, LogRange<SE2, SE2>, LogRange<SE2, R2>>(
       m, "LogRange", {"range", "B", "beacon"}, 1,
       "LogRange(range, B=identity, beacon=0)\n\nLogarithm of the distance to the target relative to `range` [m]: a "

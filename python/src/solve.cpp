@@ -1,7 +1,10 @@
+#include <type_traits>
+
 #include <pybind11/stl.h>
 
 #include <tandem/solvers/graduated.hpp>
 #include <tandem/solvers/option_fields.hpp>
+#include <tandem/solvers/replanning/damped_sqp.hpp>
 
 #include "options.hpp"
 #include "problem_object.hpp"
@@ -10,23 +13,27 @@
 namespace tandem::python {
 namespace {
 
-template <class Solver>
-Summary run(PyProblem& self, Solver options, const std::string& name, const py::dict& given, const py::object& progress,
-            bool graduated) {
-  Options reader(name, given);
-  visit_options(options, reader);
-  reader.finish();
-  if (options.max_iterations < 0 || !(options.time_limit >= 0))
+void check_limits(const std::string& name, int max_iterations, double time_limit) {
+  if (max_iterations < 0 || !(time_limit >= 0))
     throw BadInputError(name + ": max_iterations and time_limit must not be negative");
+}
+
+/// Solves by compute(problem), and warns if the solve does not converge.
+template <class Compute>
+Summary run(PyProblem& self, const std::string& name, WatchedSolve& watched, bool multipliers, Compute compute) {
   PyProblem::Solve solving(self);
   Problem& problem = self.read();
-  WatchedSolve watched(progress);
-  watched.watch(options);
+  const std::string before = self.no_multipliers;
   self.set_solved(false, "it raised an exception");  // unless it ends
-  const Summary summary =
-      watched.run([&] { return graduated ? solve_graduated(problem, options) : solve(problem, options); });
+  Summary summary;
+  try {
+    summary = watched.run([&] { return compute(problem); });
+  } catch (const BadInputError&) {  // the solver has refused its options and has changed nothing
+    self.no_multipliers = before;
+    throw;
+  }
   self.set_solved(summary.converged(), summary.message);
-  if (summary.converged() && name.rfind("nlopt:", 0) == 0)
+  if (summary.converged() && !multipliers)
     self.no_multipliers = "multipliers: " + name + " computes none; use augmented-lagrangian or ipopt";
   if (!summary.converged()) {
     const py::object warning = exception_class("IncompleteWarning");
@@ -37,20 +44,55 @@ Summary run(PyProblem& self, Solver options, const std::string& name, const py::
   return summary;
 }
 
+template <class Solver>
+Summary run(PyProblem& self, Solver options, const std::string& name, const py::dict& given, const py::object& progress,
+            bool graduated) {
+  Options reader(name, given);
+  visit_options(options, reader);
+  reader.finish();
+  check_limits(name, options.max_iterations, options.time_limit);
+  WatchedSolve watched(progress);
+  watched.watch(options);
+  return run(self, name, watched, !std::is_same_v<Solver, NloptOptions>,
+             [&](Problem& problem) { return graduated ? solve_graduated(problem, options) : solve(problem, options); });
+}
+
+Summary run_sqp(PyProblem& self, const py::dict& given, const py::object& progress, bool graduated) {
+  const std::string name = "damped-sqp";
+  if (!progress.is_none() || graduated) throw BadInputError(name + ": reports no progress and cannot be graduated");
+  DampedSqp::Options o;
+  Options reader(name, given);
+  reader("feasible", o.feasible);
+  reader("cost_tolerance", o.cost_tolerance);
+  reader("patience", o.patience);
+  reader("max_iterations", o.max_iterations);
+  reader("time_limit", o.time_limit);
+  reader("from_multipliers", o.from_multipliers);
+  reader.finish();
+  check_limits(name, o.max_iterations, o.time_limit);
+  if (!(o.feasible > 0) || !(o.cost_tolerance > 0) || o.patience < 0)
+    throw BadInputError(name + ": feasible and cost_tolerance must be positive, and patience not negative");
+  WatchedSolve watched;
+  return run(self, name, watched, true, [&](Problem& problem) { return DampedSqp(problem).solve(o); });
+}
+
 Summary solve_by(PyProblem& self, std::string solver, const py::object& progress, bool graduated,
                  const py::kwargs& given) {
   if (solver == "auto") solver = self.read().num_hard_blocks() > 0 ? "augmented-lagrangian" : "gauss-newton";
   if (solver == "gauss-newton") return run(self, GaussNewtonOptions{}, solver, given, progress, graduated);
   if (solver == "augmented-lagrangian")
     return run(self, AugmentedLagrangianOptions{}, solver, given, progress, graduated);
+  if (solver == "damped-sqp") return run_sqp(self, given, progress, graduated);
   if (solver == "ipopt") return run(self, IpoptOptions{}, solver, given, progress, graduated);
   if (solver.rfind("nlopt:", 0) == 0) {
     NloptOptions options;
     options.algorithm = solver.substr(6);
     return run(self, options, solver, given, progress, graduated);
   }
-  throw BadInputError("solve: the solver is auto, gauss-newton, augmented-lagrangian, ipopt or nlopt:ALGORITHM, not " +
-                      solver);
+  throw BadInputError(
+      "solve: the solver is auto, gauss-newton, augmented-lagrangian, damped-sqp, ipopt or "
+      "nlopt:ALGORITHM, not " +
+      solver);
 }
 
 void require_converged(const Summary& summary) {
@@ -67,25 +109,36 @@ void require_converged(const Summary& summary) {
 
 void bind_solve(py::module_& m, py::class_<PyProblem, std::shared_ptr<PyProblem>>& c) {
   py::class_<Summary> s(m, "SolveSummary", "Result of a solve. The problem has the best point found.");
-  s.def_readonly("solver", &Summary::solver);
-  s.def_property_readonly("status", [](const Summary& x) { return std::string(name(x.status)); });
-  s.def_readonly("message", &Summary::message);
-  s.def_property_readonly("converged", &Summary::converged);
-  s.def_readonly("initial_cost", &Summary::initial_cost).def_readonly("cost", &Summary::cost);
-  s.def_readonly("max_violation", &Summary::max_violation).def_readonly("worst_constraint", &Summary::worst_constraint);
-  s.def_readonly("iterations", &Summary::iterations).def_readonly("evaluations", &Summary::evaluations);
-  s.def_readonly("seconds", &Summary::seconds);
-  s.def_property_readonly("unobservable", [](const Summary& x) {
-    py::dict states;
-    for (const UnobservableState& state : x.unobservable) states[py::str(state.variable)] = state.directions;
-    return states;
-  });
+  s.def_readonly("solver", &Summary::solver, "Name of the solver.");
+  s.def_property_readonly(
+      "status", [](const Summary& x) { return std::string(name(x.status)); },
+      "\"converged\", or why the solve ended, for example \"max-iterations\" or \"infeasible\".");
+  s.def_readonly("message", &Summary::message, "The status in words.");
+  s.def_property_readonly("converged", &Summary::converged, "Whether the status is \"converged\".");
+  s.def_readonly("initial_cost", &Summary::initial_cost, "Cost at the initial values.");
+  s.def_readonly("cost", &Summary::cost, "Cost at the best point found.");
+  s.def_readonly("max_violation", &Summary::max_violation,
+                 "Largest violation of a constraint row, in the units of the row.");
+  s.def_readonly("worst_constraint", &Summary::worst_constraint,
+                 "Constraint of this violation, with its variables; empty without one.");
+  s.def_readonly("iterations", &Summary::iterations, "Number of iterations.");
+  s.def_readonly("evaluations", &Summary::evaluations, "Number of evaluations of the residuals.");
+  s.def_readonly("seconds", &Summary::seconds, "Duration of the solve [s].");
+  s.def_property_readonly(
+      "unobservable",
+      [](const Summary& x) {
+        py::dict states;
+        for (const UnobservableState& state : x.unobservable) states[py::str(state.variable)] = state.directions;
+        return states;
+      },
+      "Names of the unobservable directions by variable.");
   s.def("require_converged", &require_converged,
         "require_converged()\n\nRaise InfeasibleError or NumericalError unless the solve converged.");
   s.def(py::pickle(
       [](const Summary& x) {
         std::vector<std::pair<std::string, std::vector<std::string>>> unobservable;
-        for (const UnobservableState& state : x.unobservable) unobservable.emplace_back(state.variable, state.directions);
+        for (const UnobservableState& state : x.unobservable)
+          unobservable.emplace_back(state.variable, state.directions);
         return py::make_tuple(x.solver, int(x.status), x.message, unobservable, x.initial_cost, x.cost, x.max_violation,
                               x.worst_constraint, x.iterations, x.evaluations, x.seconds);
       },
@@ -122,7 +175,8 @@ void bind_solve(py::module_& m, py::class_<PyProblem, std::shared_ptr<PyProblem>
       "solve", &solve_by, py::arg("solver") = "auto", py::kw_only(), py::arg("progress") = py::none(),
       py::arg("graduated") = false,
       "solve(solver='auto', *, progress=None, graduated=False, **options)\n\nSolve the problem; its variables get the "
-      "best point found. Solvers: gauss-newton, augmented-lagrangian, ipopt, nlopt:ALGORITHM; auto is gauss-newton, or "
+      "best point found. Solvers: gauss-newton, augmented-lagrangian, damped-sqp (from near a solution), ipopt, "
+      "nlopt:ALGORITHM; auto is gauss-newton, or "
       "augmented-lagrangian with constraints. Options are those of the C++ structs of the same solver, for example "
       "max_iterations, time_limit, threads, cost_tolerance. progress(dict) is called once per iteration. Ctrl-C ends "
       "the solve with status 'interrupted'. A solve that does not converge gives an IncompleteWarning.");

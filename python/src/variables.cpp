@@ -112,8 +112,10 @@ BlockVariables block_variables(py::handle value, const std::string& what) {
 
 void bind_variables(py::module_& m) {
   py::class_<PyVariable> c(m, "Variable", "A variable of a problem, as returned by Problem.add.");
-  c.def_property_readonly("name", [](const PyVariable& x) { return *x.handle.name; });
-  c.def_property_readonly("group", [](const PyVariable& x) { return x.group->name; });
+  c.def_property_readonly(
+      "name", [](const PyVariable& x) { return *x.handle.name; }, "Name as given to Problem.add.");
+  c.def_property_readonly(
+      "group", [](const PyVariable& x) { return x.group->name; }, "Name of the variable's group, for example \"SE3\".");
   c.def("__repr__", [](const PyVariable& x) { return "<Variable " + *x.handle.name + ": " + x.group->name + ">"; });
   c.def("__hash__", [](const PyVariable& x) {
     return std::hash<std::uint64_t>()(x.handle.problem * 1000003u + std::uint64_t(x.handle.slot));

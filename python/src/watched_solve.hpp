@@ -34,7 +34,7 @@ class WatchedSolve {
   /// Checks for Ctrl-C.
   void poll() {
     const py::gil_scoped_acquire lock;
-    if (PyErr_CheckSignals() != 0) stop_or_throw("signal", py::error_already_set());
+    if (PyErr_CheckSignals() != 0) stop_or_throw("signal: the handler", py::error_already_set());
   }
   /// Checks for Ctrl-C, and calls `progress` with the dictionary that values() returns.
   template <class Values>
@@ -45,7 +45,7 @@ class WatchedSolve {
     try {
       progress_(values());
     } catch (const py::error_already_set& error) {
-      stop_or_throw("progress", error);
+      stop_or_throw("progress: the function", error);
     }
   }
   /// Returns f(), computed without the lock.

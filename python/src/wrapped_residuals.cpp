@@ -78,9 +78,14 @@ FamilyResidual with(const std::string& wrapper, const FamilyResidual& inner, con
 /// Returns null, for the default of a member, instead of None.
 py::object given(const py::object& x) { return x.is_none() ? py::object() : x; }
 
-py::object rows_of(const std::vector<double>& rows) {
-  Numbers array(py::ssize_t(rows.size()));
-  std::copy(rows.begin(), rows.end(), array.mutable_data());
+/// Returns the bounds on one side as an array of shape (dim,), or (n, dim) for n blocks.
+py::object rows_of(const RowBounds& side, int dim) {
+  Numbers array = new_array(side.count(), side.single, {dim});
+  double* to = array.mutable_data();
+  for (std::size_t i = 0; i < side.count(); ++i) {
+    const std::vector<double> rows = PyBounds::rows(side, i, dim);
+    to = std::copy(rows.begin(), rows.end(), to);
+  }
   return std::move(array);
 }
 
@@ -168,8 +173,8 @@ void bind_wrapped_residuals(py::module_& m) {
       [](const FamilyResidual& residual, py::handle bounds) {
         const int dim = wrapped("SoftBound", residual).instances.front().soft->functions.dim;
         const PyBounds b = bounds_of(bounds, "SoftBound");
-        return with("SoftBound", residual,
-                    {rows_of(b.expanded(b.lower, dim, "SoftBound")), rows_of(b.expanded(b.upper, dim, "SoftBound"))});
+        b.check(dim, b.count(), "SoftBound");
+        return with("SoftBound", residual, {rows_of(b.lower, dim), rows_of(b.upper, dim)});
       },
       py::arg("residual"), py::arg("bounds"),
       "SoftBound(residual, bounds)\n\nThe amount by which a residual exceeds its bounds, for Problem.minimize. States: "

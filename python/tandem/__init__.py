@@ -25,9 +25,10 @@ from ._commands import (calibrate, compare, estimate, export, import_log, info, 
                         simulate, solve_file, study, track, tune)
 from ._core import (R1, R2, R3, R4, R5, R6, R8, R9, R12, SE2, SE3, SE23, SO2, SO3, ActuatorLag, Bearing, Blocks,
                     Boundary, Bounds, Bundle, CalibratedNoise, Calibration, Cauchy, Coasting, Cone, ConstantTwist,
-                    DampedTwist, Depth, DvlVelocity, FixedLag, Gaussian, GaussMarkov, GemanMcClure, Gps, Heading, Huber,
+                    DampedTwist, Depth, DvlVelocity, EulerKinematics, FixedLag, Gaussian, GaussMarkov, GemanMcClure, Gps, Heading, Huber,
                     InsideCone, Interpolated, LogRange, Loss, Marginals, Miscalibrated, MiscalibratedEgo, MixedVelocity,
-                    Planner, PlanResult, PreintegratedDvl, PreintegratedImu, Prior, Problem, Propagated, Range,
+                    Planner, PlanResult, PreintegratedDvl, PreintegratedImu, Prior, Problem, Propagated, QuadrotorRate,
+                    QuadrotorVelocity, Range,
                     RangeBearing, RelativePose, RelativeRotation, Residual, RollPitch, ScaledDvlVelocity, SoftBound,
                     SolveSummary, SteadyCourse, StudentT, TargetPrediction, Tukey, TwistKinematics, UsblPosition,
                     UsblSpherical, Variable, Variables, VehicleState, Visibility, WhiteNoiseAcceleration, WithBias,
@@ -37,7 +38,7 @@ from .errors import (BadInputError, BusyError, Error, IncompleteWarning, Infeasi
                      UndefinedResidualError)
 from .online import OnlineEstimator, Vehicle
 from .own import TwistComponents, compiled_residual, residual
-from .results import Estimate, FitReport, Navigation, Plan, Results, Summary, read_results
+from .results import Estimate, FitReport, Navigation, Plan, Results, Summary, fit_report, read_results
 from .scenario import Scenario, read_scenario
 from .tracker import Tracker
 from .trajectory import Trajectory
@@ -49,12 +50,13 @@ __all__ = [
     "__version__", "ActuatorLag", "at_least", "at_most", "BadInputError", "Bearing", "between", "Blocks",
     "Boundary", "Bounds", "Bundle", "BusyError", "calibrate", "CalibratedNoise", "Calibration", "Cauchy",
     "Coasting", "compare", "compiled_residual", "Cone", "ConstantTwist", "DampedTwist", "Depth", "DvlVelocity",
-    "equal_to", "Error", "Estimate", "estimate", "export", "FitReport", "FixedLag", "Gaussian", "GaussMarkov",
+    "equal_to", "Error", "EulerKinematics", "Estimate", "estimate", "export", "fit_report", "FitReport", "FixedLag", "Gaussian", "GaussMarkov",
     "GemanMcClure", "Gps", "Heading", "Huber", "import_log", "IncompleteWarning", "InfeasibleError", "info",
     "InsideCone", "Interpolated", "LogRange", "Loss", "Marginals", "Miscalibrated", "MiscalibratedEgo",
     "MisfitError", "MixedVelocity", "models", "navigate", "Navigation", "NotObservableError", "NumericalError",
     "OnlineEstimator", "Plan", "plan", "Planner", "PlanResult", "plot", "predict_target", "preintegrate_imu",
-    "PreintegratedDvl", "PreintegratedImu", "Prior", "Problem", "Propagated", "R1", "R12", "R2", "R3", "R4", "R5",
+    "PreintegratedDvl", "PreintegratedImu", "Prior", "Problem", "Propagated", "QuadrotorRate",
+    "QuadrotorVelocity", "R1", "R12", "R2", "R3", "R4", "R5",
     "R6", "R8", "R9", "Range", "RangeBearing", "read_results", "read_scenario", "RelativePose",
     "RelativeRotation", "rendezvous", "Residual", "residual", "ResidualError", "Results", "Rn", "RollPitch",
     "run_study", "ScaledDvlVelocity", "Scenario", "SE2", "SE23", "SE3", "simulate", "SO2", "SO3", "SoftBound",

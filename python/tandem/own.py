@@ -39,7 +39,8 @@ def residual(function: Optional[Callable[..., Any]] = None, *, dim: int, jacobia
 
     Raise UndefinedResidualError where the residual is undefined; the solver then shortens the step. NaN has the same
     effect. Another exception ends the solve and is the cause of a ResidualError. Functions are called by one thread at
-    a time, and hold the interpreter's lock.
+    a time, and hold the interpreter's lock. A problem keeps its functions alive. If the function is a method of the
+    object that holds the problem, Python's garbage collector frees both, unless the residual itself is stored too.
 
     >>> import tandem
     >>> @tandem.residual(dim=1, jacobian="complex")

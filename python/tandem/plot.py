@@ -37,7 +37,7 @@ def _as_plan_view(ax: Any) -> Any:
     ax.set_xlabel("x [m]", fontsize=8)
     ax.set_ylabel("y [m]", fontsize=8)
     ax.set_aspect("equal", adjustable="datalim")
-    ax.legend(fontsize=7, frameon=False)
+    ax.legend(fontsize=8, frameon=False)
     return ax
 
 
@@ -128,7 +128,7 @@ def residuals(fit: Any, ax: Any = None) -> Any:
     ax.axhspan(-1, 1, color=_GREY, alpha=0.15, linewidth=0)
     ax.errorbar(at, means, yerr=sigmas, fmt="o", color=_BLUE, markersize=3, capsize=2, linewidth=0.8)
     ax.set_xticks(at)
-    ax.set_xticklabels(names, rotation=60, ha="right", fontsize=7)
+    ax.set_xticklabels(names, rotation=60, ha="right", fontsize=8)
     ax.set_ylabel("standardised residual", fontsize=8)
     return ax
 
@@ -152,7 +152,7 @@ def consistency(result: Any, ax: Any = None) -> Any:
     ax.axhspan(0.216, 9.348, color=_GREY, alpha=0.2, linewidth=0, label="95 % of χ²(3)")
     ax.set_xlabel("time [s]", fontsize=8)
     ax.set_ylabel("NEES of the position", fontsize=8)
-    ax.legend(fontsize=7, frameon=False)
+    ax.legend(fontsize=8, frameon=False)
     return ax
 
 
@@ -201,6 +201,6 @@ def plan(result: Any, ax: Any = None) -> Any:
 
 
 def save(ax: Any, path: PathLike, dpi: int = 300) -> None:
-    """Writes the figure of `ax` to a file, tightly cropped."""
+    """Writes the figure of `ax` to a file, in the size of the figure: 3.5 in wide unless you have drawn on your own."""
     first = np.atleast_1d(ax)[0]
-    first.figure.savefig(path, dpi=dpi, bbox_inches="tight")
+    first.figure.savefig(path, dpi=dpi)  # cropping would change the width and thereby the font size on the page

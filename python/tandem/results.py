@@ -8,7 +8,7 @@ from typing import Any, Dict, Iterator, List, Mapping, Optional, Tuple
 import numpy as np
 
 from . import _html
-from ._core import SO3, parse_yaml
+from ._core import SO3, Problem, _fit_report, parse_yaml
 from ._paths import PathLike, TemporaryFolder
 from ._table import read_table
 from .errors import BadInputError
@@ -19,6 +19,8 @@ class Summary(Mapping[str, Any]):
     """Summary of a run: the JSON document of the command, with its keys also as attributes."""
 
     def __init__(self, values: Dict[str, Any], name: str = "summary") -> None:
+        if not isinstance(values, dict):
+            raise TypeError(f"{name}: expected a dictionary, not {type(values).__name__}")
         self._values = values
         self._name = name
 
@@ -62,6 +64,8 @@ class FitReport(Summary):
     """Agreement of a solution with its data and the stated noise."""
 
     def __init__(self, values: Dict[str, Any]) -> None:
+        if isinstance(values, Problem):
+            raise TypeError("FitReport: expected a dictionary, not Problem; use tandem.fit_report")
         super().__init__(values, "fit report")
 
     @property
@@ -85,6 +89,30 @@ class FitReport(Summary):
                                                                for k in ("mean", "sigma", "correlation"))))
         return f"<p>{_html.html.escape(self.verdict)}</p>" + _html.table(
             rows, ("sensor", "used", "component", "mean", "σ", "lag-1 correlation"))
+
+
+def fit_report(problem: Problem, sensors: Dict[str, Any]) -> FitReport:
+    """Judges whether the costs of a solved problem agree with their stated noise.
+
+    Args:
+        problem: a problem at its solution.
+        sensors: blocks of costs by name, as Problem.minimize returns them. Their rows are the components "row 0", "row 1", …;
+            the order of the blocks counts as the order in time.
+
+    >>> import numpy as np, tandem
+    >>> p = tandem.Problem()
+    >>> x = p.add(tandem.R1([0.0]), "x")
+    >>> z = np.random.default_rng(1).normal(size=(100, 1))
+    >>> blocks = p.minimize(tandem.Prior(tandem.R1(z)), 0.1, x)
+    >>> summary = p.solve()
+    >>> report = tandem.fit_report(p, {"scale": blocks})
+    >>> report.consistent, report["sensors"]["scale"]["used"]
+    (False, 100)
+    >>> p.set_noise(blocks, 1.0)
+    >>> tandem.fit_report(p, {"scale": blocks}).consistent
+    True
+    """
+    return FitReport(_fit_report(problem, sensors))
 
 
 class Results:
@@ -205,7 +233,9 @@ class _Trajectories(Results):
     @property
     def errors(self) -> Dict[str, np.ndarray]:
         """Errors with respect to the truth and 3σ bounds, by column of errors.csv; empty without truth."""
-        return self.table("errors") if "errors.csv" in self.files else {}
+        table = self.table("errors") if "errors.csv" in self.files else {}
+        known = any(np.isfinite(column).any() for name, column in table.items() if name.startswith("error_"))
+        return table if known else {}
 
     @property
     def fit(self) -> Optional[FitReport]:
@@ -265,9 +295,9 @@ class Estimate(_Trajectories):
         cross = np.stack([table[name] for name in ENTRIES], axis=1).reshape(-1, 6, 6)
         row, has_cross = _indices_of(target.t, table["t"])  # only keyframes have a cross covariance
         known = target.has_orientation & has_cross & _indices_of(target.t, self.chaser.t)[1]
-        result = np.full((len(target), 6, 6), np.nan)
         if not np.any(known):
-            return result
+            return None
+        result = np.full((len(target), 6, 6), np.nan)
         # Right perturbations: d(C^-1 T) = dT - Ad(T^-1 C) dC.
         at = target.t[known]
         A = (target.at(at).se3.inverse() @ chaser.at(at).se3).adjoint()

@@ -76,12 +76,16 @@ class Trajectory:
         def columns(*names: str) -> Optional[np.ndarray]:
             return np.stack([c[k] for k in names], axis=1) if all(k in c for k in names) else None
 
+        def known(values: Optional[np.ndarray]) -> Optional[np.ndarray]:
+            """Returns None if the run has computed none of the values, which are then NaN in the file."""
+            return None if values is None or (values.size and not np.isfinite(values).any()) else values
+
         positions = columns("x", "y", "z")
         assert positions is not None
         quaternions = columns("qx", "qy", "qz", "qw")
-        covariances = columns(*ENTRIES)
+        covariances = known(columns(*ENTRIES))
         return cls(c["t"], positions, np.full((len(positions), 4), np.nan) if quaternions is None else quaternions,
-                   columns("vx", "vy", "vz", "wx", "wy", "wz"),
+                   known(columns("vx", "vy", "vz", "wx", "wy", "wz")),
                    None if covariances is None else covariances.reshape(-1, 6, 6), name)
 
     def __len__(self) -> int:

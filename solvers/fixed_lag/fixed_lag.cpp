@@ -74,13 +74,13 @@ double FixedLag::newest() const {
 }
 
 std::optional<std::string> FixedLag::why_too_late(double t) const {
+  if (!std::isfinite(t)) return "the time of a variable is not finite";
   if (!has_marginalized_ || t >= oldest()) return {};
   return "t = " + seconds(t) + " is before the window, which begins at " + seconds(oldest()) +
          "; to accept later measurements, increase FixedLagOptions::window or max_keyframes";
 }
 
 void FixedLag::check_time(double t) const {
-  if (!std::isfinite(t)) throw BadInputError("fixed-lag: the time of a variable is not finite");
   if (const auto why = why_too_late(t)) throw BadInputError("fixed-lag: " + *why);
 }
 

@@ -101,7 +101,7 @@ class FixedLag {
   /// Earliest and latest time of the variables in the window [s]; −infinity if there are none.
   double oldest() const;
   double newest() const;
-  /// Returns the reason if variables at time t are too late for the window, otherwise nothing.
+  /// Returns the reason if variables at time t are too late for the window, or t is not finite; otherwise nothing.
   std::optional<std::string> why_too_late(double t) const;
 
   /// A variable that has left the window.

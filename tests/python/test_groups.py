@@ -51,6 +51,41 @@ def test_jacobians_match_differences(group):
     assert np.allclose(group.jl(v) @ group.jl_inv(v), np.eye(group.dof), atol=1e-10)
 
 
+def point_dim(group):
+    return group.identity().matrix().shape[0] - 1 if group not in (SO3, SO2, SE23) else {SO2: 2}.get(group, 3)
+
+
+def test_functions_return_their_jacobians(group):
+    rng, h, n = np.random.default_rng(2), 1e-6, 4
+    v, x = tangents(group, n), group.exp(tangents(group, 2 * n)[n:])
+    points = rng.normal(size=(n, point_dim(group)))
+
+    def difference(a, b):
+        return (a.minus(b) if isinstance(a, group) else a - b) / (2 * h)
+
+    functions = [(group.exp, (v,)), (lambda y, **k: y.log(**k), (x,)), (lambda y, **k: y.inverse(**k), (x,)),
+                 (lambda y, d, **k: y.plus(d, **k), (x, v)), (lambda y, p, **k: y.act(p, **k), (x, points)),
+                 (lambda y, p, **k: y.act(p, **k), (x[0], points)), (lambda y, d, **k: y.plus(d, **k), (x, v[0]))]
+    for f, arguments in functions:
+        value, *jacobians = f(*arguments, jacobians=True)
+        plain = f(*arguments)
+        assert np.array_equal(*[y.log() if isinstance(y, group) else y for y in (value, plain)])
+        assert len(jacobians) == len(arguments)
+        for s, J in enumerate(jacobians):
+            for k in range(J.shape[-1]):
+                step = h * np.eye(J.shape[-1])[k]
+
+                def moved(sign):
+                    a = arguments[s]
+                    return a.plus(sign * step) if isinstance(a, group) else a + sign * step
+
+                ends = [f(*arguments[:s], moved(sign), *arguments[s + 1:]) for sign in (1, -1)]
+                assert np.allclose(difference(*ends), J[..., k], atol=1e-7), (s, k)
+    single, by_x, by_point = x[1].act(points[2], jacobians=True)
+    assert single.shape == points[2].shape and by_x.shape == (len(single), group.dof)
+    assert by_point.shape == (len(single), len(single))
+
+
 def test_adjoint_moves_perturbations_to_the_left(group):
     x, d = group.exp(tangents(group, 1)[0]), tangents(group, 1)[0] * 0.1
     assert np.allclose((x @ group.exp(d)).log(), (group.exp(x.adjoint() @ d) @ x).log(), atol=1e-12)

@@ -77,6 +77,15 @@ def test_none_is_an_error(call):
     (lambda p, x: p.add(R1([np.nan])), "NaN"),
     (lambda p, x: p.set_value(x, SE3()), "R1"),
     (lambda p, x: tandem.TwistComponents(1.0, "swai"), "swai"),
+    (lambda p, x: p.minimize(tandem.Prior(R1([0.0])), tandem.Gaussian.covariance(np.ones((2, 1, 1))), [x]),
+     "noises of 2 blocks for 1 blocks"),
+    (lambda p, x: p.minimize(tandem.Prior(R1([0.0])), tandem.Gaussian([1.0, 1.0]), x), "noise of 1 rows, not of 2"),
+    (lambda p, x: tandem.Gaussian.information([np.eye(2), -np.eye(2)]), "matrix 1 of 2: "),
+    (lambda p, x: tandem.Gaussian.covariance(np.ones((2, 2, 3))), r"\(dim, dim\) or \(n, dim, dim\), not \(2, 2, 3\)"),
+    (lambda p, x: p.subject_to(tandem.Prior(R1([0.0])), ([[0.0], [1.0]], None), [[x, x, x]]),
+     "bounds of 2 blocks for 3 blocks"),
+    (lambda p, x: tandem.between([[0.0], [1.0]], [[1.0]]), "lower bounds of 2 and upper bounds of 1 blocks"),
+    (lambda p, x: tandem.between([[0.0], [1.0]], 0.5), "no number is between the lower bound 1.0 and"),
 ])
 def test_bad_input_is_one_sentence(call, message):
     p = tandem.Problem()
@@ -105,12 +114,64 @@ def test_bad_input_is_one_sentence(call, message):
     (lambda p, x: tandem.TwistComponents(1.0, 3), ValueError, "axes are a text"),
     (lambda p, x: tandem.Scenario("x", noise=3), ValueError, "noise: expected a dictionary"),
     (lambda p, x: tandem.FixedLag(windw=3), TypeError, "the options are window"),
+    (lambda p, x: tandem.Bearing(0.2), ValueError,
+     r"bearing: expected .*\(3,\) or \(n, 3\) for states SE3, or .*\(2,\) or \(n, 2\) for states SE2, not a single number$"),
+    (lambda p, x: tandem.Prior("a"), ValueError, "expected a value of SE3, SE2, SO3, SO2, SE23, R1, R2, R3, .* not str"),
+    (lambda p, x: tandem.Prior(2 * np.eye(3)[None]), ValueError, "the matrix is not a rotation"),
+    (lambda p, x: SE3.exp(np.array([None] * 6)), ValueError, r"real numbers of shape \(6,\) or \(n, 6\), not .* object"),
+    (lambda p, x: SE3.exp(np.array(["1"] * 6)), ValueError, r"real numbers of shape \(6,\) or \(n, 6\), not .* <U1"),
+    (lambda p, x: SE3.from_matrix(np.eye(4, dtype=complex)), ValueError, r"\(4, 4\) or \(n, 4, 4\), not .* complex128"),
+    (lambda p, x: SE3(np.eye(3, dtype=object), [0, 0, 0]), ValueError, r"\(3, 3\) or \(n, 3, 3\), not .* object"),
+    (lambda p, x: tandem.FitReport(p), TypeError, "FitReport: expected .* not Problem; use tandem.fit_report"),
+    (lambda p, x: tandem.Summary(None), TypeError, "expected a dictionary, not NoneType"),
+    (lambda p, x: p.solve("damped-sqp", progress=print), ValueError, "reports no progress"),
+    (lambda p, x: p.solve("damped-sqp", patience=-1), ValueError, "patience"),
 ])
 def test_misuse_is_one_sentence(call, error, message):
     p, x, *_ = chain()
     with pytest.raises(error, match=message) as raised:
         call(p, x)
     assert "\n" not in str(raised.value)
+
+
+def test_an_exception_of_progress_names_progress():
+    def progress(state):
+        raise ValueError("full disk")
+
+    p, *_ = chain()
+    with pytest.raises(tandem.ResidualError, match="^progress: the function raised ValueError: full disk"):
+        p.solve(progress=progress)
+
+
+def uses(thing):
+    """Reads all properties of an object and calls all of its methods without arguments."""
+    for name in dir(type(thing)):
+        if name.startswith("__") and name not in ("__len__", "__repr__", "__copy__", "__getstate__", "__iter__"):
+            continue
+        try:
+            member = getattr(thing, name)
+            if callable(member) and not isinstance(member, type):
+                member()
+        except (TypeError, ValueError):
+            pass
+
+
+def test_objects_that_are_not_initialised_are_type_errors():
+    for kind in vars(tandem._core).values():
+        if isinstance(kind, type) and not issubclass(kind, BaseException):
+            uses(kind.__new__(kind))
+    p, x, *_ = chain()
+    for call in (lambda: tandem.Problem.__new__(tandem.Problem).cost(), lambda: SE3.__new__(SE3).log(),
+                 lambda: p.minimize(tandem.Prior(SE3()), 1.0, tandem.Variable.__new__(tandem.Variable)),
+                 lambda: p.minimize(tandem.Residual.__new__(tandem.Residual), 1.0, x[0]),
+                 lambda: p.minimize(tandem.Prior(SE3()), tandem.Gaussian.__new__(tandem.Gaussian), x[0]),
+                 lambda: p.value(x[0]).minus(SE3.__new__(SE3)), lambda: tandem.Prior(SE3.__new__(SE3))):
+        with pytest.raises(TypeError, match="not initialised"):
+            call()
+    before = p.cost()
+    p.__setstate__(tandem.Problem().__getstate__())  # has no effect on an object that exists
+    p.__init__()
+    assert p.cost() == before
 
 
 def test_unknown_solver_options_are_type_errors():

@@ -33,7 +33,11 @@ def test_examples_in_docstrings_of_the_compiled_module():
     runner = doctest.DocTestRunner(optionflags=doctest.NORMALIZE_WHITESPACE)
     parser = doctest.DocTestParser()
     found = 0
-    for name, thing in vars(_core).items():
+    documented = dict(vars(_core))
+    for kind in vars(_core).values():
+        if isinstance(kind, type):
+            documented.update((f"{kind.__name__}.{key}", member) for key, member in vars(kind).items())
+    for name, thing in documented.items():
         test = parser.get_doctest(getattr(thing, "__doc__", None) or "", {"np": np, "tandem": tandem}, name, None, 0)
         found += bool(test.examples)
         runner.run(test)
@@ -65,6 +69,10 @@ def test_public_names_have_docstrings():
         thing = getattr(tandem, name)
         if not name.startswith("_") and not isinstance(thing, type(sys)) and callable(thing):
             assert thing.__doc__, name
+            members = vars(thing).items() if isinstance(thing, type) else ()
+            for key, member in members:
+                if isinstance(member, property) and not key.startswith("_"):
+                    assert member.__doc__, f"{name}.{key}"
 
 
 def test_stubs_agree_with_the_package():
@@ -85,6 +93,7 @@ def test_types_of_the_package():
 def test_figures(docking, tmp_path):
     matplotlib = pytest.importorskip("matplotlib")
     matplotlib.use("Agg")
+    import matplotlib.text  # type: ignore[import]
     plan = tandem.plan("docking_a", at=600)
     p = tandem.Problem()
     x = p.add(tandem.R1([[0.0], [1.0]]), "x")
@@ -93,8 +102,13 @@ def test_figures(docking, tmp_path):
                      "residuals": tandem.plot.residuals(docking.fit), "consistency": tandem.plot.consistency(docking),
                      "coverage": tandem.plot.coverage(docking), "sparsity": tandem.plot.sparsity(p),
                      "plan": tandem.plot.plan(plan)}.items():
-        tandem.plot.save(ax, tmp_path / f"{name}.png", dpi=50)
-        assert (tmp_path / f"{name}.png").stat().st_size > 1000
+        tandem.plot.save(ax, tmp_path / f"{name}.png", dpi=100)
+        content = (tmp_path / f"{name}.png").read_bytes()
+        assert len(content) > 1000 and int.from_bytes(content[16:20], "big") == 350  # 3.5 in: one column
+        figure = (ax[0] if hasattr(ax, "__len__") else ax).figure
+        figure.canvas.draw()  # creates the texts of ticks
+        texts = [text for text in figure.findobj(matplotlib.text.Text) if text.get_text()]
+        assert texts and {text.get_fontsize() for text in texts} == {8}
 
 
 def test_import_is_fast():

@@ -137,6 +137,23 @@ def test_mode_b_has_no_orientation_where_none_is_estimated():
         target.se3
 
 
+def test_what_a_run_has_not_computed_is_missing():
+    pyplot = pytest.importorskip("matplotlib.pyplot")
+    s = tandem.read_scenario("docking_a")
+    without_truth = tandem.Scenario("own", noise=s.noise, odometry=s.odometry, measurements=s.measurements,
+                                    keyframe_interval=s.settings["keyframe_interval"])
+    result = tandem.estimate(without_truth, no_covariance=True, max_keyframes=60)
+    assert result.errors == {}
+    for trajectory in (result.chaser, result.target, result.relative):
+        assert trajectory.covariances is None and trajectory.sigmas is None and "covariances" not in repr(trajectory)
+    figures = pyplot.get_fignums()
+    with pytest.raises(tandem.BadInputError, match="plot.errors: .* has no errors"):
+        tandem.plot.errors(result)
+    with pytest.raises(tandem.BadInputError, match="plot.consistency: .* no covariances"):
+        tandem.plot.consistency(tandem.estimate("docking_a", no_covariance=True, max_keyframes=60))
+    assert pyplot.get_fignums() == figures
+
+
 def test_scenario_of_arrays_gives_the_same_cost(docking):
     s = tandem.read_scenario("docking_a")
     own = tandem.Scenario("docking_a", noise=s.noise, odometry=s.odometry, measurements=s.measurements,

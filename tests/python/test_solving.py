@@ -111,6 +111,18 @@ def test_exit_while_an_object_is_alive(made):
     assert output.returncode == 0 and output.stdout == "end\n", output.stderr
 
 
+def test_refused_options_keep_the_multipliers():
+    p = tandem.Problem()
+    x = p.add(R1([0.0]), "x")
+    p.minimize(tandem.Prior(R1([2.0])), 1.0, x)
+    bound = p.subject_to(tandem.Prior(R1([0.0])), tandem.at_most(1.0), x)
+    p.solve()
+    for options in (dict(cost_tolerance=-1), dict(step_tolerance=np.nan), dict(initial_penalty=-1.0)):
+        with pytest.raises(tandem.BadInputError):
+            p.solve(**options)
+        assert p.multipliers(bound) == pytest.approx([1.0])
+
+
 def test_multipliers_belong_to_the_last_solve():
     fails = [False]
 

@@ -228,6 +228,7 @@ TEST(FixedLag, ReportsLeavingVariablesAndTheBeginOfTheWindow) {
   EXPECT_EQ(lag.newest(), 3.5005);
   EXPECT_FALSE(lag.why_too_late(2.0));
   EXPECT_THAT(lag.why_too_late(1.9), Optional(HasSubstr("t = 1.9 s is before the window, which begins at 2 s")));
+  EXPECT_THAT(lag.why_too_late(std::nan("")), Optional(HasSubstr("not finite")));
   EXPECT_THAT([&] { lag.add(1.9, R3()); }, ThrowsMessage<Error>(HasSubstr("before the window")));
   const auto late = lag.add(2.5, R3());  // between the others
   lag.problem().minimize(RelativePose<R3>{R3()}, noise(3, 1.0), {x[2.0].first, late});
