@@ -24,10 +24,18 @@ std::ostream& operator<<(std::ostream& out, const Case& c) {
   return out << name_of(c.difficulty) << " by " << c.solver;
 }
 
+/// Large rows have multipliers of all sizes. The defaults and SLSQP stand for the solvers: Ipopt's dual tolerance with
+/// the exact Hessian is too loose for them, and NLopt's augmented Lagrangian takes long.
+bool is_tested(Difficulty difficulty, const AnySolver& solver) {
+  return difficulty != Difficulty::large_rows || solver.name == "augmented_lagrangian" ||
+         solver.name == "ipopt_automatic" || solver.name == "nlopt_slsqp";
+}
+
 std::vector<Case> cases() {
   std::vector<Case> all;
   for (const Difficulty difficulty : kDifficulties)
-    for (const AnySolver& solver : hard_solvers()) all.push_back({difficulty, solver});
+    for (const AnySolver& solver : hard_solvers())
+      if (is_tested(difficulty, solver)) all.push_back({difficulty, solver});
   return all;
 }
 
