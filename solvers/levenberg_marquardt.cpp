@@ -76,8 +76,7 @@ class DampedSteps {
         end_without_progress();
     }
     if (s.status != Status::converged) model_.restore_best();
-    if (s.status == Status::infeasible && !is_stationary_at_best() &&
-        !(move_to_least_violation(nlp_) && violation_is_stationary(nlp_))) {
+    if (s.status == Status::infeasible && !is_stationary_at_best()) {
       s.status = Status::failed;
       s.message = "no step makes progress, and hard constraints are violated";
     }

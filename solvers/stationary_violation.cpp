@@ -4,13 +4,12 @@
 #include <tandem/lie/error.hpp>
 #include <tandem/solvers/linear/block_cholesky.hpp>
 #include <tandem/solvers/linear/hessian_diagonal.hpp>
-#include <tandem/solvers/session.hpp>
 #include <tandem/solvers/stationary_violation.hpp>
 
 namespace tandem::detail {
 namespace {
 
-/// Minimises the sum of squared violations from X̄.
+/// Minimises the violation from X̄.
 class ViolationMinimization {
  public:
   explicit ViolationMinimization(NlpEvaluator& nlp)
@@ -32,20 +31,6 @@ class ViolationMinimization {
       if (!take_step(now)) break;
     nlp_.reset();
     return now.squares < kSignificant * before.squares && now.sum < kSignificant * before.sum;
-  }
-
-  /// Moves X̄ to the minimum. Returns whether it violates a constraint.
-  bool move_to_minimum() {
-    nlp_.reset();
-    Size now = evaluate();
-    for (int step = 0; step < kMaxMoves && now.squares > 0; ++step) {
-      const double before = now.squares;
-      if (!take_step(now) || now.squares > kSlow * before) break;
-    }
-    nlp_.move_to(delta_);
-    nlp_.recenter();
-    nlp_.constraints(c_);
-    return violated_row(nlp_, c_, kConstraintTolerance) >= 0;
   }
 
  private:
@@ -115,9 +100,7 @@ class ViolationMinimization {
     return {std::numeric_limits<double>::infinity(), 0.0};
   }
 
-  static constexpr int kMaxSteps = 10;       // accepted steps; a few reduce a violation that is not stationary
-  static constexpr int kMaxMoves = 100;      // accepted steps to the minimum
-  static constexpr double kSlow = 1 - 1e-6;  // ratio of the violations after and before the last step
+  static constexpr int kMaxSteps = 10;  // accepted steps; a few reduce a violation that is not stationary
   static constexpr double kSignificant =
       0.95;  // ratio of the violations after and before, below which X̄ is not a minimum
   static constexpr double kInitialDamping = 1e-3;  // relative to the diagonal of JᵀJ
@@ -131,13 +114,6 @@ class ViolationMinimization {
 };
 
 }  // namespace
-
-bool move_to_least_violation(NlpEvaluator& nlp) try {
-  return ViolationMinimization(nlp).move_to_minimum();
-} catch (const Error&) {  // derivatives are undefined: no step can be computed
-  nlp.reset();
-  return false;
-}
 
 bool violation_is_stationary(NlpEvaluator& nlp) try {
   return !ViolationMinimization(nlp).reduces_significantly();

@@ -12,8 +12,4 @@ namespace tandem::detail {
 /// evaluator is X̄ afterwards.
 bool violation_is_stationary(NlpEvaluator& nlp);
 
-/// Moves X̄ to a local minimum of the sum of squared violations. Returns whether it violates a constraint. For solves
-/// that end where only a weighted violation is stationary.
-bool move_to_least_violation(NlpEvaluator& nlp);
-
 }  // namespace tandem::detail

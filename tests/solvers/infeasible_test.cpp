@@ -45,29 +45,6 @@ class Infeasible : public ::testing::TestWithParam<AnySolver> {
   }
 };
 
-/// Residual ‖x − (at, 0, 0)‖².
-struct SquaredDistanceTo {
-  static constexpr std::string_view name = "squared distance";
-  static constexpr int dim = 1;
-  using States = std::tuple<R3>;
-  double at;
-  void operator()(const R3& p, Vector<1>& r, Matrix<1, 3>* J = nullptr) const {
-    const Vector<3> d = p.vector() - Vector<3>(at, 0.0, 0.0);
-    r[0] = d.squaredNorm();
-    if (J) *J = 2.0 * d.transpose();
-  }
-};
-
-/// The initial guess weighs the two balls very differently: it is near the centre of one of them.
-TEST_P(Infeasible, DisjointBalls) {
-  Problem problem;
-  const auto x = problem.add(R3({0.0, 0.1, 0.0}), "x");
-  problem.minimize(Prior<R3>{R3({1.0, 2.0, 0.0})}, Gaussian{1.0, 1.0, 1.0}, {x});
-  problem.subject_to(SquaredDistanceTo{0.0}, at_most(1.0), {x});
-  problem.subject_to(SquaredDistanceTo{5.0}, at_most(1.0), {x});
-  expect_infeasible(problem, 5.25, HasSubstr("squared distance of x"));
-}
-
 TEST_P(Infeasible, TwoContradictoryConstraints) {
   tracking.problem.subject_to(Surge{1.0}, at_least(2.0), {from, to});
   tracking.problem.subject_to(Surge{1.0}, at_most(1.0), {from, to});
