@@ -147,6 +147,10 @@ class NlpEvaluator {
   };
   /// Returns the largest violation over the hard rows. A row that is not finite is violated by infinity.
   Violation violation(const Eigen::VectorXd& c) const;
+  /// Sets the magnitude Σⱼ |Jᵢⱼ| |xⱼ| of each row's terms, to first order, from its Jacobian at X̄. The rounding error of
+  /// a row is a small multiple of this magnitude times the resolution of doubles. |xⱼ| is an entry of a vector, 1 for a
+  /// rotation, and the norm of the other coordinates in a group with rotations.
+  void row_magnitudes(const Eigen::VectorXd& jacobian, Eigen::VectorXd& magnitudes) const;
   /// Returns the largest violation over the hard rows that read only fixed variables. Solvers cannot influence them, so
   /// lower() and upper() are infinite there.
   Violation fixed_violation(const Eigen::VectorXd& c) const;

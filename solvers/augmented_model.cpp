@@ -17,9 +17,10 @@ constexpr double kReducedCurvature = 0.3;   // Fraction of the curvature that is
 constexpr double kModeratePenalty = 1e4;    // Penalty limit after good steps; more is ill-conditioned.
 constexpr double kMaxPenalty = 1e10;        // Penalty limit after stalled steps.
 constexpr double kPenaltyGrowth = 10;
-constexpr int kMaxRelaxations = 60;      // maximum number of penalty reductions
-constexpr int kStalledSteps = 3;         // steps without less violation before the penalty grows
-constexpr int kInfeasibilitySteps = 15;  // steps without less violation between tests of infeasibility
+constexpr double kFallingViolation = 0.1;  // Ratio of the violations after and before a step that makes progress.
+constexpr int kMaxRelaxations = 60;        // maximum number of penalty reductions
+constexpr int kStalledSteps = 3;           // steps without less violation before the penalty grows
+constexpr int kInfeasibilitySteps = 15;    // steps without less violation between tests of infeasibility
 constexpr double kInfeasibilitySlope = 1e-2;
 // Number of consecutive damped steps that enable the exact Hessian, and of undamped steps that disable it.
 constexpr int kHessianSteps = 3;
@@ -77,12 +78,14 @@ double AugmentedModel::linearize() {
   const double cost = SoftModel::linearize();
   curvature_share_ = 0.0;  // the first step uses Gauss-Newton
   term_.linearize();
+  if (flat_cost_) find_scale();  // which needs the constraints
   return cost + term_.soft_value();
 }
 
 void AugmentedModel::begin() {
   term_.start(scale_);
   term_.set_penalty(penalty_);
+  violation_.size = std::numeric_limits<double>::infinity();
   if (options_.from_multipliers) {
     nlp_.multipliers(next_multipliers_);
     term_.set_multipliers(next_multipliers_);
@@ -108,6 +111,7 @@ double AugmentedModel::gradient_size() {
 /// linear solve.
 bool AugmentedModel::find_step(double damping) {
   restore_hessian();
+  falling_ = false;
   const Session::Timer timer(session_.summary.linear_solver_seconds);
   total_ = gradient_;
   if (inexact_steps_)
@@ -227,11 +231,14 @@ void AugmentedModel::add_secant_pair() {
 }
 
 /// Raises the scale of unknowns that the cost does not curve to the smallest positive one. Such unknowns are then
-/// damped, and the constraints on them get a finite weight.
+/// damped, and the constraints on them get a finite weight. If the cost curves no unknown, the constraints give the
+/// scale.
 void AugmentedModel::find_scale() {
   SoftModel::find_scale();
   const double stiffest = scale_.maxCoeff();
-  if (all_curved_ || !(stiffest > 0)) return;
+  flat_cost_ = !(stiffest > 0);
+  if (flat_cost_) term_.find_scale(scale_);
+  if (all_curved_ || flat_cost_) return;
   double softest = stiffest;
   for (const double s : scale_)
     if (s > 0) softest = std::min(softest, s);
@@ -248,9 +255,21 @@ void AugmentedModel::linearize_constraints() {
 }
 
 void AugmentedModel::on_new_point() {
+  const double before = violation_.size;
   violation_ = term_.violation();
-  if (best_.offer(session_.summary.cost, violation_.size)) nlp_.save();
+  falling_ = violation_.size < kFallingViolation * before;
+  only_rounding_.reset();
+  const double size = feasible() ? std::min(violation_.size, kConstraintTolerance) : violation_.size;
+  if (best_.offer(session_.summary.cost, size)) nlp_.save();
   if (exact_) add_curvature();
+}
+
+/// The rounding errors of the rows are evaluated only if the violation no longer falls, because this takes time.
+bool AugmentedModel::feasible() {
+  if (violation_.size <= kConstraintTolerance) return true;
+  if (falling_) return false;
+  if (!only_rounding_) only_rounding_ = term_.is_met();
+  return *only_rounding_;
 }
 
 /// Enables the exact Hessian of the Lagrangian while steps need strong damping. Far from feasible, multipliers and
@@ -302,7 +321,7 @@ void AugmentedModel::update_multipliers(double ratio) {
 }
 
 bool AugmentedModel::update_penalty(bool no_closer) {
-  if (feasible() || !no_closer) {
+  if (!no_closer || feasible()) {
     stalled_ = 0;
     return false;
   }

@@ -2,6 +2,7 @@
 
 #include <array>
 #include <limits>
+#include <optional>
 #include <string>
 
 #include <tandem/solvers/augmented_term.hpp>
@@ -55,6 +56,8 @@ class AugmentedModel final : public SoftModel {
 
   bool constrained() const override { return constrained_; }
   NlpEvaluator::Violation violation() const override { return violation_; }
+  double violation_at_step() const override { return term_.violation_at_point().size; }
+  bool feasible() override;
   void begin() override;
   void choose_hessian(const StepQuality& quality) override;
   bool reduce_curvature() override;
@@ -87,6 +90,9 @@ class AugmentedModel final : public SoftModel {
   AugmentedTerm term_;
   SecantPairs<double> lagrangian_secant_;  // secant pairs of the Lagrangian; replace secant_, those of the cost
   NlpEvaluator::Violation violation_{0.0, -1};
+  bool flat_cost_ = false;             // the cost curves no unknown
+  bool falling_ = false;               // the violation falls fast: it is not rounding yet
+  std::optional<bool> only_rounding_;  // whether the violation is within row_tolerances(), once known
   BestPoint best_{kConstraintTolerance};
   double penalty_;
   double minimized_ = std::numeric_limits<double>::infinity();  // gradient size at the last classical multiplier update

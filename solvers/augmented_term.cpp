@@ -3,6 +3,7 @@
 
 #include <tandem/solvers/augmented_term.hpp>
 #include <tandem/solvers/linear/hessian_diagonal.hpp>
+#include <tandem/solvers/session.hpp>
 
 namespace tandem::detail {
 
@@ -48,6 +49,19 @@ void AugmentedTerm::start(const Eigen::VectorXd& scale) {
   y_.setZero();
 }
 
+void AugmentedTerm::find_scale(Eigen::VectorXd& scale) const {
+  const TripletPattern& entries = nlp_.jacobian_pattern();
+  scale.setZero();
+  for (std::size_t k = 0; k < entries.row.size(); ++k)
+    if (!is_soft(entries.row[k])) scale[entries.column[k]] += jacobian_[Eigen::Index(k)] * jacobian_[Eigen::Index(k)];
+  const SymmetricPattern& pattern = nlp_.hessian_pattern();
+  for (int b = 0; b < pattern.num_blocks(); ++b) {
+    auto unknowns = scale.segment(pattern.first[std::size_t(b)], pattern.width(b));
+    const double largest = unknowns.maxCoeff();
+    unknowns.setConstant(largest > 0 ? largest : 1.0);
+  }
+}
+
 void AugmentedTerm::set_multipliers(const Eigen::VectorXd& y) { y_ = (nlp_.soft_weights().array() > 0).select(0.0, y); }
 
 void AugmentedTerm::set_soft_multipliers(Eigen::VectorXd& y) const {
@@ -86,6 +100,10 @@ double AugmentedTerm::value_of(const Eigen::VectorXd& c) const {
     total += 0.5 * w_[i] * d * d;
   }
   return total;
+}
+
+bool AugmentedTerm::is_met() const {
+  return relative_violation(nlp_, c_, row_tolerances(nlp_, jacobian_, kConstraintTolerance)).size <= 1.0;
 }
 
 double AugmentedTerm::violation_size_of(const Eigen::VectorXd& c) const {

@@ -25,6 +25,9 @@ class AugmentedTerm {
   void linearize();
   /// Sets w⁰ from the curvature `scale` of each unknown, and y = 0.
   void start(const Eigen::VectorXd& scale);
+  /// Sets the scale of each variable's unknowns to the largest diagonal entry of JᵀJ, J of the hard rows; 1 if they do
+  /// not read the variable. For problems without cost.
+  void find_scale(Eigen::VectorXd& scale) const;
   void set_penalty(double penalty) { w_ = penalty * stiffness_ + nlp_.soft_weights(); }
 
   void set_multipliers(const Eigen::VectorXd& y);
@@ -48,6 +51,9 @@ class AugmentedTerm {
   void add_row_gradients(const Eigen::VectorXd& y, Eigen::VectorXd& g) const { add_transposed(y, g); }
 
   NlpEvaluator::Violation violation() const { return nlp_.violation(c_); }
+  NlpEvaluator::Violation violation_at_point() const { return nlp_.violation(trial_); }
+  /// Returns whether the rows at X̄ are met up to their row_tolerances().
+  bool is_met() const;
   /// Violation √Σ w⁰ᵢ vᵢ² at X̄, and at the last point of value_at_point().
   double violation_size() const { return violation_size_of(c_); }
   double violation_size_at_point() const { return violation_size_of(trial_); }

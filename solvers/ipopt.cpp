@@ -198,7 +198,7 @@ void end(detail::Session& session, Ipopt::ApplicationReturnStatus status) {
     case Ipopt::Solve_Succeeded:
       return session.end(Status::converged);
     case Ipopt::Solved_To_Acceptable_Level:
-      return session.end(Status::converged, "found a local minimum within Ipopt's acceptable tolerances");
+      return session.end(Status::converged, "found a stationary point within Ipopt's acceptable tolerances");
     case Ipopt::Infeasible_Problem_Detected:
       return session.end(Status::infeasible);
     case Ipopt::Maximum_Iterations_Exceeded:

@@ -141,6 +141,10 @@ class DampedSteps {
     if (!(ratio > kMinAcceptanceRatio)) {
       if (undamped() && model_.feasible()) {
         model_.estimate_multipliers_at_step();
+        if (predicted <= min_gain && stop_damping(min_gain)) {
+          nlp_.reset();
+          return false;
+        }
         if (predicted <= min_gain && optimal()) {
           session_.end(Status::converged, "the cost no longer changes");
           return true;
@@ -159,7 +163,8 @@ class DampedSteps {
     if (!model_.move_on()) return reject();
     polished_ = 0;
     if (undamped() && model_.feasible()) {
-      if (drop <= min_gain && predicted <= min_gain && optimal()) {
+      const bool unchanged = drop <= min_gain && predicted <= min_gain;
+      if (unchanged && !stop_damping(min_gain) && optimal()) {
         session_.end(Status::converged, "the cost no longer changes");
       } else if (model_.step_size() <= options_.step_tolerance && optimal()) {
         session_.end(Status::converged, "the step is below its tolerance");
@@ -176,17 +181,35 @@ class DampedSteps {
     return true;
   }
 
+  /// Ends the damping if it hides a gain. Returns false if it does not.
+  bool stop_damping(double min_gain) {
+    if (model_.constrained() || damping_.value <= kNegligibleDamping) return false;
+    if (!(model_.hidden_gain(damping_.value) > min_gain)) return false;
+    damping_.value = kNegligibleDamping;
+    return true;
+  }
+
   /// Handles a step without predicted gain beyond rounding.
   bool handle_no_predicted_gain(double merit, double trial) {
     // The weights are so large that rounding dominates the factor.
     if (model_.predicted() < -kMeritRounding * merit) return reject();
     if (model_.feasible()) {
       if (model_.constrained() && std::isfinite(trial)) return polish();
+      if (undamped() && stop_damping(options_.cost_tolerance * session_.summary.cost)) {
+        nlp_.reset();
+        return false;
+      }
       if (trial <= merit) model_.move();
       end_without_progress();
       return true;
     }
     if (!undamped()) return reject();
+    if (std::isfinite(trial) && model_.violation_at_step() < kStalledViolationRatio * model_.violation().size) {
+      model_.estimate_multipliers_at_step();  // the merit function hides the progress, as it is large
+      if (!model_.move_on()) return reject();
+      model_.accept_multipliers();
+      return true;
+    }
     nlp_.reset();
     model_.estimate_multipliers();
     model_.accept_multipliers();

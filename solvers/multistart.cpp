@@ -21,7 +21,8 @@ Merit merit_of(Problem& part) {
   NlpEvaluator nlp(part);
   Eigen::VectorXd rows(nlp.num_rows());
   nlp.constraints(rows);
-  return {nlp.cost(), nlp.violation(rows).size};
+  const bool met = detail::violated_row(nlp, rows, detail::kConstraintTolerance) < 0;
+  return {nlp.cost(), met ? 0.0 : nlp.violation(rows).size};
 }
 
 /// Decides whether to continue a trial.
@@ -87,7 +88,7 @@ MultistartOutcome solve_part_from(std::span<const std::function<void()>> starts,
       const Summary s = solve_trial(trial, lowest, options);
       outcome.iterations += s.iterations;
       outcome.evaluations += s.evaluations;
-      const Merit reached{s.cost, s.max_violation};
+      const Merit reached{s.cost, s.worst_constraint.empty() ? 0.0 : s.max_violation};
       const bool better = !lowest.feasible() || reached.cost < lowest.cost - options.min_gain;
       if (s.status != Status::interrupted && std::isfinite(s.cost) && reached.feasible() && better) {
         lowest = reached;

@@ -1,12 +1,10 @@
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <exception>
 #include <limits>
 #include <optional>
 #include <stdexcept>
 
-#include <Eigen/QR>
 #include <nlopt.hpp>
 
 #include <tandem/lie/error.hpp>
@@ -17,6 +15,7 @@
 #include <tandem/solvers/nlopt.hpp>
 #include <tandem/solvers/nlopt_algorithms.hpp>
 #include <tandem/solvers/session.hpp>
+#include <tandem/solvers/span_of_rows.hpp>
 
 namespace tandem {
 namespace {
@@ -70,11 +69,13 @@ class NloptRun {
   bool run(const detail::NloptAlgorithm& algorithm) {
     recenter_ = false;
     best_delta_.setZero();
-    best_ = {options_.constraint_tolerance};
+    best_ = {1.0};
     z_.setConstant(std::numeric_limits<double>::quiet_NaN());  // no cached point
     nlp_.reset();
     try {
       if (cholesky_) factorize(*cholesky_, algorithm.inner ? kPenaltyWeight : 0.0);
+      nlp_.constraint_jacobian(jacobian_);
+      tolerances_ = detail::row_tolerances(nlp_, jacobian_, options_.constraint_tolerance);
     } catch (const NonFinite& e) {
       session_.end(Status::failed, e.what());
       return false;
@@ -96,9 +97,13 @@ class NloptRun {
     opt.set_ftol_abs(kCostRounding);
     opt.set_maxeval(std::max(1, options_.max_iterations - session_.summary.evaluations));
     opt.set_min_objective(&objective, this);
-    const auto tolerances = [&](std::size_t size) { return std::vector<double>(size, options_.constraint_tolerance); };
-    if (!equalities_.empty()) opt.add_equality_mconstraint(&equalities, this, tolerances(equalities_.size()));
-    if (!inequalities_.empty()) opt.add_inequality_mconstraint(&inequalities, this, tolerances(inequalities_.size()));
+    const auto tolerances = [&](const std::vector<Row>& rows) {
+      std::vector<double> result;
+      for (const Row& r : rows) result.push_back(tolerances_[r.row]);
+      return result;
+    };
+    if (!equalities_.empty()) opt.add_equality_mconstraint(&equalities, this, tolerances(equalities_));
+    if (!inequalities_.empty()) opt.add_inequality_mconstraint(&inequalities, this, tolerances(inequalities_));
 
     std::vector<double> z(n, 0.0);
     double value = 0;
@@ -123,8 +128,7 @@ class NloptRun {
     if (recenter_) return true;
     // Line searches also fail at a solution, where the gradient is rounding. The point is a solution if the gradient
     // vanishes along the active constraints. A run that stopped elsewhere is repeated once.
-    if ((gave_up || ended) && best_.violation <= kToleranceSlack * options_.constraint_tolerance &&
-        !(ended && stationary(true))) {
+    if ((gave_up || ended) && best_.violation <= kToleranceSlack && !(ended && stationary(true))) {
       if (!(std::abs(best_.cost - last_cost_) <= kSameCost * (1 + best_.cost))) {
         last_cost_ = best_.cost;
         return std::isfinite(best_.cost);
@@ -181,19 +185,18 @@ class NloptRun {
     Eigen::MatrixXd active(gradient_.size(), 0);
     for (const auto* rows : {&equalities_, &inequalities_})
       for (const Row& r : *rows) {
-        if (rows == &inequalities_ && r.sign * constraints_[r.row] - r.bound < -kActive) continue;
+        const double inside = r.bound - r.sign * constraints_[r.row];
+        if (rows == &inequalities_ && inside > std::max(kActive, 100 * tolerances_[r.row])) continue;
         if (double(active.cols()) * double(active.cols()) * double(active.rows()) > kMaxStationarityWork)
           return unknown;
         set_row(r, &white);
         active.conservativeResize(Eigen::NoChange, active.cols() + 1);
-        active.rightCols<1>() = row_;
+        active.rightCols<1>() = row_.normalized();
       }
-    if (active.cols() > 0) gradient_ -= active * active.colPivHouseholderQr().solve(gradient_);
+    gradient_ = detail::outside_span(std::move(active), Eigen::Index(equalities_.size()), gradient_);
     const double small = std::max(kStationary, std::sqrt(kCostErrorFactor * options_.cost_tolerance));
     return gradient_.norm() <= small * (1 + std::sqrt(best_.cost));
-  } catch (const UndefinedResidualError&) {  // undefined derivatives
-    return false;
-  } catch (const NonFinite&) {
+  } catch (const std::runtime_error&) {  // undefined or infinite derivatives
     return false;
   }
 
@@ -215,7 +218,7 @@ class NloptRun {
   /// Updates the best point, and stops NLopt if the caller or the chart requires it.
   void update_best() {
     const double violation = nlp_.violation(constraints_).size;
-    if (best_.offer(cost_, violation)) {
+    if (best_.offer(cost_, detail::relative_violation(nlp_, constraints_, tolerances_).size)) {
       best_delta_ = delta_;
       if (nlp_.largest_angle() > kRecenterAngle) recenter_ = true;
     }
@@ -313,6 +316,7 @@ class NloptRun {
   std::vector<Row> equalities_, inequalities_;
   std::vector<std::vector<std::size_t>> entries_of_row_;
   Eigen::VectorXd z_, delta_, gradient_, best_delta_, row_, constraints_, jacobian_, hessian_;
+  Eigen::VectorXd tolerances_;  // of the rows, at the start of a run
   detail::BestPoint best_{};
   // Cost of the present point, and at the end of the last run.
   double cost_ = 0, last_cost_ = std::numeric_limits<double>::infinity();

@@ -1,11 +1,44 @@
+#include <algorithm>
 #include <cmath>
 #include <exception>
 #include <limits>
 
+#include <tandem/problem/all_blocks.hpp>
 #include <tandem/solvers/observability.hpp>
 #include <tandem/solvers/session.hpp>
 
 namespace tandem::detail {
+
+Eigen::VectorXd row_tolerances(const NlpEvaluator& nlp, const Eigen::VectorXd& jacobian, double tolerance) {
+  // Some thousand times the resolution of doubles, for terms that nearly cancel within a row or in the linear solver.
+  constexpr double kRowRounding = 1e-12, kLeast = std::numeric_limits<double>::epsilon();
+  Eigen::VectorXd magnitudes(nlp.num_rows());
+  nlp.row_magnitudes(jacobian, magnitudes);
+  for (double& m : magnitudes) m = std::max({tolerance, kRowRounding * (std::isfinite(m) ? m : 0.0), kLeast});
+  return magnitudes;
+}
+
+NlpEvaluator::Violation relative_violation(const NlpEvaluator& nlp, const Eigen::VectorXd& c,
+                                           const Eigen::VectorXd& tolerances) {
+  NlpEvaluator::Violation worst{0.0, -1};
+  for (int i = 0; i < nlp.num_rows(); ++i) {
+    if (nlp.soft_weights()[i] > 0 && std::isfinite(c[i])) continue;
+    const double v = std::isfinite(c[i]) ? std::max(nlp.lower()[i] - c[i], c[i] - nlp.upper()[i]) / tolerances[i]
+                                         : std::numeric_limits<double>::infinity();
+    if (v > worst.size) worst = {v, i};
+  }
+  return worst;
+}
+
+int violated_row(NlpEvaluator& nlp, const Eigen::VectorXd& c, double tolerance) try {
+  if (nlp.violation(c).size <= tolerance) return -1;
+  Eigen::VectorXd jacobian(Eigen::Index(nlp.jacobian_pattern().row.size()));
+  nlp.constraint_jacobian(jacobian);
+  const auto worst = relative_violation(nlp, c, row_tolerances(nlp, jacobian, tolerance));
+  return worst.size > 1.0 ? worst.row : -1;
+} catch (const UndefinedResidualError&) {  // undefined derivatives
+  return nlp.violation(c).row;
+}
 
 Session::Session(std::string solver, const SolverOptions& options) : options_(options) {
   summary.solver = std::move(solver);
@@ -97,9 +130,8 @@ void Session::conclude(NlpEvaluator& nlp, double feasible, const Workspace* work
     Eigen::VectorXd c(nlp.num_rows());
     nlp.constraints(c);
     summary.cost = nlp.cost() + nlp.cost_of_rows(c);
-    const NlpEvaluator::Violation worst = nlp.violation(c);
-    summary.max_violation = worst.size;
-    if (worst.row >= 0 && worst.size > feasible) summary.worst_constraint = nlp.describe_row(worst.row);
+    summary.max_violation = nlp.violation(c).size;
+    if (const int row = violated_row(nlp, c, feasible); row >= 0) summary.worst_constraint = nlp.describe_row(row);
   } catch (const UndefinedResidualError& e) {
     summary.cost = summary.max_violation = std::numeric_limits<double>::quiet_NaN();
     end(Status::failed, e.what());
@@ -136,8 +168,17 @@ Summary rejection(std::string solver, const SolverOptions& options, std::string 
   return std::move(session.summary);
 }
 
-std::string why_unsolvable(const Problem& problem) {
-  return problem.size().unknowns == 0 ? "the problem has no free variable" : std::string();
+std::string why_unsolvable(const Problem& problem) try {
+  if (problem.size().unknowns > 0) return {};
+  for (const Block& block : hard_blocks(problem)) {
+    const auto bounds = problem.bounds(block);
+    const Eigen::VectorXd c = problem.linearization(block).residual;
+    if (!(((c - bounds.upper).cwiseMax(bounds.lower - c)).maxCoeff() <= kConstraintTolerance))
+      return "the problem has no free variable, and a hard constraint is violated: " + problem.describe(block);
+  }
+  return "the problem has no free variable";
+} catch (const UndefinedResidualError& e) {
+  return std::string("the problem has no free variable, and a residual is undefined: ") + e.what();
 }
 
 }  // namespace tandem::detail

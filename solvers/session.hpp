@@ -7,8 +7,17 @@
 
 namespace tandem::detail {
 
-/// Tolerance on the violation of a hard constraint, in the units of the row.
+/// Tolerance on the violation of a hard constraint, in the units of the row. See also row_tolerances().
 inline constexpr double kConstraintTolerance = 1e-8;
+
+/// Returns the tolerance on the violation of each row: `tolerance` or, if larger, the rounding error of the row. No
+/// solver can meet a row of large terms better, for example x² = 1000² in metres. `jacobian` is that of the rows at X̄.
+Eigen::VectorXd row_tolerances(const NlpEvaluator& nlp, const Eigen::VectorXd& jacobian, double tolerance);
+/// Returns the largest violation of a hard row c relative to `tolerances`; above 1 if the row is violated.
+NlpEvaluator::Violation relative_violation(const NlpEvaluator& nlp, const Eigen::VectorXd& c,
+                                           const Eigen::VectorXd& tolerances);
+/// Returns the row with the largest relative violation at X̄, −1 if all hard rows are met.
+int violated_row(NlpEvaluator& nlp, const Eigen::VectorXd& c, double tolerance);
 
 struct Workspace;
 
@@ -34,7 +43,8 @@ class Session {
   void end(Status status, std::string message = {});
   bool ended() const { return ended_; }
   /// Evaluates the solution X̄: cost, violation and observability. A converged solve becomes a failed one if a
-  /// constraint is violated by more than `feasible`. Must be called last, as `work` is overwritten.
+  /// constraint is violated by more than `feasible` and its rounding error. Must be called last, as `work` is
+  /// overwritten.
   void conclude(NlpEvaluator& nlp, double feasible, const Workspace* work = nullptr);
 
   /// Adds the time until the end of the scope to `total`.
@@ -62,7 +72,8 @@ std::string derivative_hint(const NlpEvaluator::DerivativeCheck& check);
 /// Returns the summary of a solver that does not support the problem.
 Summary rejection(std::string solver, const SolverOptions& options, std::string why);
 
-/// Returns an empty string, or the reason why no solver supports the problem: no free variable.
+/// Returns an empty string, or the reason why no solver supports the problem: no free variable. Also names a hard
+/// constraint that the fixed variables violate.
 std::string why_unsolvable(const Problem& problem);
 
 }  // namespace tandem::detail

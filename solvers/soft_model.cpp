@@ -89,7 +89,12 @@ void SoftModel::find_scale() {
       auto scale = scale_.segment(pattern.first[std::size_t(k)], pattern.width(k));
       const double rounding = kRoundingCurvature * scale.maxCoeff();
       flattest = std::min(flattest, scale.minCoeff() - rounding);
-      if (!(scale.minCoeff() > rounding)) scale = (scale.array() <= rounding).select(0.0, scale);
+      if (scale.minCoeff() > rounding) continue;
+      const int width = pattern.width(k), stride = pattern.height(k);
+      const double* block = hessian_.data() + pattern.value_start[std::size_t(k)];
+      const auto curvature = [&](int i) { return block[i * (stride + 1)]; };
+      for (int i = 0; i < width; ++i)
+        if (!(scale[i] > kRoundingCurvature * largest_coupled(block, stride, width, i, curvature))) scale[i] = 0;
     }
     return -flattest;
   });
@@ -129,15 +134,25 @@ void SoftModel::damp(const Eigen::VectorXd& hessian, double damping, Eigen::Vect
       const double least = std::min(damping, kLeastScale) * scale.maxCoeff();
       // The damping is relative to `scale`, because second derivatives may make a diagonal entry smaller.
       const auto curvature = [&](int i) { return std::max(damped[begin + i * (height + 1)], scale[i]); };
-      double largest = 0;
-      for (int i = 0; i < width && !all_curved_; ++i) largest = std::max(largest, curvature(i));
       for (int i = 0; i < width; ++i) {
         double& d = damped[begin + i * (height + 1)];
         d += damping_shift(damping, std::max(scale[i], least), all_curved_ ? 1.0 : curvature(i),
-                           all_curved_ ? 1.0 : largest);
+                           all_curved_ ? 1.0 : largest_coupled(&damped[begin], height, width, i, curvature));
       }
     }
   });
+}
+
+double SoftModel::hidden_gain(double damping) const {
+  const SymmetricPattern& pattern = nlp_.hessian_pattern();
+  double gain = 0;
+  for (int k = 0; k < pattern.num_blocks(); ++k) {
+    const int first = pattern.first[std::size_t(k)], width = pattern.width(k);
+    const double shift = damping * std::min(damping, kLeastScale) * scale_.segment(first, width).maxCoeff();
+    for (int i = first; i < first + width; ++i)
+      if (scale_[i] > 0 && scale_[i] < shift) gain += 0.5 * gradient_[i] * gradient_[i] / scale_[i];
+  }
+  return gain;
 }
 
 /// Changes between the Hessians when the present one fails, as NL2SOL does (Dennis, Gay & Welsch 1981). In a long chain,

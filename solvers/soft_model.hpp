@@ -34,6 +34,10 @@ class SoftModel {
   /// Largest entry of the gradient of the merit function at X̄, scaled to unit curvature of each unknown.
   virtual double gradient_size() { return scaled(gradient_); }
 
+  /// Gain at X̄ of the unknowns that even a small damping stops, because other unknowns of the same variable have far
+  /// more curvature: one standard deviation is 1e5 times another.
+  double hidden_gain(double damping) const;
+
   /// Computes the damped step from X̄ and its predicted gain. Returns false if the damped Hessian is not positive
   /// definite.
   virtual bool find_step(double damping);
@@ -63,7 +67,10 @@ class SoftModel {
 
   virtual bool constrained() const { return false; }
   virtual NlpEvaluator::Violation violation() const { return {0.0, -1}; }
-  bool feasible() const { return violation().size <= kConstraintTolerance; }
+  /// Violation at the step, for which merit_at_step() has been called.
+  virtual double violation_at_step() const { return 0.0; }
+  /// Returns whether all hard constraints are met up to their tolerances.
+  virtual bool feasible() { return true; }
   /// Called before the first step, once the initial guess is known to be finite.
   virtual void begin() {}
   /// Quality of the last steps, for choose_hessian().

@@ -11,7 +11,7 @@ std::string_view name(Status status) {
 }
 
 std::string_view sentence(Status status) {
-  constexpr std::string_view sentences[] = {"found a local minimum within the tolerances",
+  constexpr std::string_view sentences[] = {"found a stationary point within the tolerances",
                                             "the iteration limit was reached",
                                             "the time limit was reached",
                                             "interrupted by the caller",

@@ -11,7 +11,9 @@ namespace tandem {
 
 /// Reason why a solve ended.
 enum class Status {
-  converged,       ///< A local minimum within the tolerances.
+  /// A stationary point within the tolerances: the first-order (Karush–Kuhn–Tucker) conditions hold. From almost every
+  /// initial guess it is a local minimum; a solve from an exact maximum or saddle point ends there.
+  converged,
   max_iterations,  ///< The limit of iterations or evaluations.
   time_limit,      ///< The time limit.
   interrupted,     ///< Stopped by the caller.

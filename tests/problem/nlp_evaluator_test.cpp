@@ -357,6 +357,24 @@ TEST(NlpEvaluator, HessianWithOneDimensionalVariables) {
   }
 }
 
+TEST(NlpEvaluator, RowMagnitudesAreSumsOverTheTerms) {
+  Problem problem;
+  const auto v = problem.add(R3({-3.0, 0.0, 1e6}));
+  const auto T = problem.add(SE3(SO3(), {3.0, 4.0, 0.0}));
+  problem.subject_to(Prior<R3>{R3({1.0, 2.0, 3.0})}, at_most(0.0), {v});
+  problem.subject_to(Prior<SE3>{SE3(SO3(), {3.0, 4.0, 0.0})}, equal_to(0.0), {T});
+  NlpEvaluator nlp(problem);
+  Eigen::VectorXd jacobian(Eigen::Index(nlp.jacobian_pattern().row.size())), magnitudes(nlp.num_rows());
+  nlp.constraint_jacobian(jacobian);
+  nlp.row_magnitudes(jacobian, magnitudes);
+  ASSERT_EQ(magnitudes.size(), 9);
+  // The Jacobians are identities. A coordinate of a pose counts as the norm of the position, an angle as 1.
+  std::vector<double> sorted(magnitudes.data(), magnitudes.data() + 9);
+  std::sort(sorted.begin(), sorted.end());
+  const std::vector<double> expected{0.0, 1.0, 1.0, 1.0, 3.0, 5.0, 5.0, 5.0, 1e6};
+  for (std::size_t i = 0; i < 9; ++i) EXPECT_NEAR(sorted[i], expected[i], 1e-9) << i;
+}
+
 TEST(NlpEvaluator, RejectsProblemWithoutFreeVariables) {
   Problem problem;
   EXPECT_THROW(NlpEvaluator{problem}, Error);

@@ -95,6 +95,58 @@ TEST_P(HardSolver, SolvesWithoutACost) {
   EXPECT_EQ(s.cost, 0.0);
 }
 
+/// Residual scale · (‖x‖² − radius²), whose rounding error exceeds the constraint tolerance if its terms are large.
+struct ScaledSphere {
+  static constexpr std::string_view name = "scaled sphere";
+  static constexpr int dim = 1;
+  using States = std::tuple<R3>;
+  double scale, radius;
+  void operator()(const R3& p, Vector<1>& r, Matrix<1, 3>* J = nullptr) const {
+    r[0] = scale * (p.vector().squaredNorm() - radius * radius);
+    if (J) *J = 2.0 * scale * p.vector().transpose();
+  }
+};
+
+/// NLopt's augmented Lagrangian and Ipopt with other Hessians do not scale the problem.
+TEST_P(HardSolver, MeetsRowsOfAnyScaleInAnyUnits) {
+  const bool slsqp = GetParam().name == "nlopt_slsqp";
+  if (!slsqp && GetParam().name != "augmented_lagrangian" && GetParam().name != "ipopt_automatic") return;
+  for (const double unit : {1e-3, 1.0, 1e3})
+    for (const double scale : {1e-6, 1.0, 1e3, 1e6})
+      for (const double sigma : {1.0, 100.0}) {
+        if (slsqp && scale * unit < 1e-6) continue;  // SLSQP stops early at rows of the size of the tolerance
+        SCOPED_TRACE(::testing::Message() << "unit " << unit << ", scale " << scale << ", sigma " << sigma);
+        Problem problem;
+        const Vector<3> p = unit * Vector<3>(750.0, -700.0, 90.0);
+        const double radius = 1000.0 * unit;
+        const auto x = problem.add(R3(unit * Vector<3>(700.0, -650.0, 80.0)));
+        problem.minimize(Prior<R3>{R3(p)}, Gaussian(Vector<3>::Constant(sigma * unit)), {x});
+        problem.subject_to(ScaledSphere{scale, radius}, equal_to(0.0), {x});
+        const Summary s = GetParam()(problem);
+        EXPECT_TRUE(s.converged()) << s.message;
+        EXPECT_EQ(s.worst_constraint, "");
+        const double tolerance = std::max(1e-7 / (2 * scale * radius), 1e-10 * radius);
+        EXPECT_NEAR(problem.value(x).vector().norm(), radius, tolerance);
+        // A cost on the scale of the tolerance may move the point by more.
+        EXPECT_LE((problem.value(x).vector().normalized() - p.normalized()).norm(), 1e-3);
+      }
+}
+
+/// Without a cost, the constraints determine the scale of the steps.
+TEST_P(HardSolver, SolvesCurvedConstraintsWithoutACost) {
+  if (GetParam().name != "augmented_lagrangian" && GetParam().name != "ipopt_automatic") return;
+  for (const UniformBounds& bounds : {equal_to(1.0), at_most(1.0)}) {
+    Problem problem;
+    const auto x = problem.add(R3({3.0, 1.0, 2.0}));
+    problem.subject_to(SquaredNorm{}, bounds, {x});
+    const Summary s = solve(problem);
+    EXPECT_LE(problem.value(x).vector().norm(), 1.0 + 1e-7);
+    if (bounds.lower == 1.0) {
+      EXPECT_NEAR(problem.value(x).vector().norm(), 1.0, 1e-7);
+    }
+  }
+}
+
 /// A converged solution must not violate a constraint.
 TEST_P(HardSolver, ReportsContradictoryConstraints) {
   Problem problem;

@@ -41,6 +41,23 @@ TEST(GaussNewton, SolvesALinearProblemInOneStep) {
   EXPECT_LE((problem.value(x).vector() - Vector<3>(1.0, 2.0, 3.0)).norm(), 1e-14);
 }
 
+/// Entries of one variable that share no residual are independent, however different their standard deviations are.
+TEST(GaussNewton, MovesEntriesOfLargeStandardDeviations) {
+  for (const double sigma : {1e6, 1e9, 1e10, 2e10, 1e12}) {
+    SCOPED_TRACE(sigma);
+    Problem problem;
+    const auto x = problem.add(R2());
+    problem.minimize(Prior<R2>{R2({1.0, 2 * sigma})}, Gaussian{1.0, sigma}, {x});
+    // A constant cost, so that the gain of the second entry is a small part of the whole.
+    const auto y = problem.add(R2());
+    for (const double at : {-100.0, 100.0}) problem.minimize(Prior<R2>{R2({at, at})}, Gaussian{1.0, 1.0}, {y});
+    const Summary s = solve(problem, GaussNewtonOptions{});
+    EXPECT_TRUE(s.converged()) << s.message;
+    EXPECT_NEAR(problem.value(x).vector()[0], 1.0, 1e-4);
+    EXPECT_NEAR(problem.value(x).vector()[1] / sigma, 2.0, 1e-3);
+  }
+}
+
 TEST(GaussNewton, StaysAtTheSolution) {
   Simulation simulation;
   simulation.noise = 1.0;

@@ -93,6 +93,34 @@ TEST_F(NloptTest, RejectsATooLargeDenseJacobian) {
   EXPECT_THAT(why_unsupported(large, options("auglag-lbfgs")), HasSubstr("12000 rows and 12000 columns"));
 }
 
+/// Residual x y.
+struct Product {
+  static constexpr std::string_view name = "product";
+  static constexpr int dim = 1;
+  using States = std::tuple<R2>;
+  void operator()(const R2& p, Vector<1>& r, Matrix<1, 2>* J = nullptr) const {
+    r[0] = p.vector().prod();
+    if (J) *J << p.vector()[1], p.vector()[0];
+  }
+};
+
+/// Near the axis x = 0, the gradients of x ≥ 0 and x y ≤ 0 are nearly dependent: with huge multipliers they cancel any
+/// gradient. The minimum is at (0, 2).
+TEST_F(NloptTest, DoesNotConvergeAtADegenerateCorner) {
+  for (const Vector<2>& start : {Vector<2>(1.0, 1.0), Vector<2>(0.5, 1.0), Vector<2>(2.0, 1.5)})
+    for (const UniformBounds& bounds : {at_most(0.0), equal_to(0.0)}) {
+      Problem corner;
+      const auto z = corner.add(R2(start));
+      corner.minimize(Prior<R2>{R2({1.0, 2.0})}, Gaussian{1.0, 1.0}, {z});
+      corner.subject_to(Prior<R2>{R2()}, at_least(0.0), {z});
+      corner.subject_to(Product{}, bounds, {z});
+      const Summary s = solve(corner, options("slsqp"));
+      const Vector<2> end = corner.value(z).vector();
+      const double distance = std::min((end - Vector<2>(0.0, 2.0)).norm(), (end - Vector<2>(1.0, 0.0)).norm());
+      EXPECT_TRUE(!s.converged() || distance < 1e-3) << end.transpose() << ": " << s.message;
+    }
+}
+
 TEST_F(NloptTest, PrintsNothing) {
   ::testing::internal::CaptureStdout();
   solve(problem, options("slsqp"));

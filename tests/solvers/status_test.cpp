@@ -97,6 +97,17 @@ TEST_P(CorrectStatus, RejectsAProblemWithoutFreeVariables) {
   EXPECT_EQ(GetParam()(empty).status, Status::unsupported);
 }
 
+TEST_P(CorrectStatus, NamesAViolatedConstraintOnFixedVariablesOnly) {
+  if (!GetParam().hard) return;  // rejects all constraints
+  Problem problem;
+  const auto x = problem.add(R1(), "x");
+  problem.subject_to(Prior<R1>{R1()}, at_least(2.0), {x});
+  problem.fix(x);
+  const Summary s = GetParam()(problem);
+  EXPECT_EQ(s.status, Status::unsupported);
+  EXPECT_THAT(s.message, HasSubstr("no free variable, and a hard constraint is violated: prior of x"));
+}
+
 /// Undefined derivatives must end a solve with a status, not with an exception.
 TEST_P(CorrectStatus, FailsWithAStatusIfADerivativeIsUndefined) {
   Problem problem;

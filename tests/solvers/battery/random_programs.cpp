@@ -72,7 +72,14 @@ class Builder {
         }
         break;
       case Difficulty::badly_scaled:
-        program_ = badly_scaled();
+        program_ = scaled([this] { return std::pow(10.0, uniform(-3.0, 3.0)); },
+                          [this] { return std::pow(10.0, uniform(-4.0, 4.0)); });
+        break;
+      case Difficulty::large_rows:
+        program_ = scaled([this] { return integer(0, 1) ? 1e3 : 1e-3; },
+                          [this] {
+                            return std::array{1e-6, 1e3, 1e6}[std::size_t(integer(0, 2))];
+                          });
         break;
       case Difficulty::infeasible:
         add_contradiction();
@@ -147,11 +154,13 @@ class Builder {
     program_.problem.minimize(Prior<R3>{R3(tip + axis)}, Gaussian{0.1, 0.1, 0.1}, {program_.x[i]});
   }
 
-  RandomProblem badly_scaled() {
+  /// Returns a program with random units of variables and of rows.
+  template <class Unit, class Row>
+  RandomProblem scaled(Unit unit_of_variable, Row unit_of_row) {
     RandomProblem p;
     std::vector<double> unit;
     for (int k = 0; k < 4; ++k) {
-      unit.push_back(std::pow(10.0, uniform(-3.0, 3.0)));
+      unit.push_back(unit_of_variable());
       p.x.push_back(p.problem.add(R3(unit.back() * vector(2.0)), "x" + std::to_string(k)));
       p.feasible.emplace_back(unit.back() * vector(2.0));
       const double sigma = unit.back() * std::pow(10.0, uniform(-1.0, 1.0));
@@ -161,7 +170,7 @@ class Builder {
       const auto i = any(), j = (i + std::size_t(integer(1, 3))) % 4;
       Wave w = wave();
       w.a /= unit[i], w.c /= unit[i], w.b /= unit[j], w.d /= unit[j];
-      const Scaled<Wave> row{w, std::pow(10.0, uniform(-4.0, 4.0))};
+      const Scaled<Wave> row{w, unit_of_row()};
       if (k < 6) {
         p.problem.minimize(row, Gaussian{row.scale * std::pow(10.0, uniform(-1.0, 1.0))}, {p.x[i], p.x[j]});
         continue;
