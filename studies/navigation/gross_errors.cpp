@@ -9,8 +9,8 @@
 namespace tandem {
 namespace {
 
-// Standard deviations from which a measurement is suggested or rejected, and below which it is cleared.
-constexpr double kSuggested = 20, kRejected = 10, kCleared = 5;
+// Standard deviations from which a measurement is rejected, and below which it is cleared.
+constexpr double kRejected = 10, kCleared = 5;
 constexpr double kMedianOfNormal = 0.6745;
 constexpr double kRare = 1.0 / 3;
 // A residual below this fraction of the largest may be caused by that error, so it is not rejected yet.
@@ -27,12 +27,12 @@ double sigmas_of(const Problem& problem, const Block& block, const Eigen::Vector
 
 }  // namespace
 
-GrossErrors::GrossErrors(const NavigationData& data) : data_(data) {
+GrossErrors::GrossErrors(const NavigationData& data, double suggested) : data_(data), suggested_(suggested) {
   for (const EgoSensor& sensor : data.sensors) verdicts_.emplace_back(sensor.measurements.size());
 }
 
 void GrossErrors::suggest(const std::string& sensor, double t, double sigmas) {
-  if (!(sigmas > kSuggested)) return;
+  if (!(sigmas > suggested_)) return;
   for (std::size_t s = 0; s < data_.sensors.size(); ++s) {
     const EgoSensor& by = data_.sensors[s];
     if (by.name != sensor) continue;
@@ -98,6 +98,18 @@ bool GrossErrors::revise(const NavigationProblem& built) {
     }
   }
   return changed && ++revisions_ <= kMaxRevisions;
+}
+
+std::vector<std::size_t> GrossErrors::rejected_in(const std::vector<std::pair<double, double>>& intervals) const {
+  std::vector<std::size_t> counts(verdicts_.size());
+  for (std::size_t s = 0; s < verdicts_.size(); ++s)
+    for (std::size_t i = 0; i < verdicts_[s].size(); ++i) {
+      const double t = data_.sensors[s].valid_at(data_.sensors[s].measurements[i]);
+      counts[s] += verdicts_[s][i].rejected &&
+                   std::any_of(intervals.begin(), intervals.end(),
+                               [t](const auto& interval) { return t >= interval.first && t <= interval.second; });
+    }
+  return counts;
 }
 
 std::vector<std::vector<double>> GrossErrors::remove(NavigationProblem& built, NavigationData& data,

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <tandem/problem/navigation/navigation_checks.hpp>
@@ -13,7 +14,8 @@ namespace tandem {
 /// are all larger than its stated noise has a wrong noise, not gross errors.
 class GrossErrors {
  public:
-  explicit GrossErrors(const NavigationData& data);
+  /// `suggested`: standard deviations from which suggest() counts.
+  explicit GrossErrors(const NavigationData& data, double suggested = 20);
 
   /// Suggests the measurement of a sensor that is valid at t [s], with its normalised innovation.
   void suggest(const std::string& sensor, double t, double sigmas);
@@ -24,6 +26,8 @@ class GrossErrors {
   void apply(NavigationProblem& built) const;
   /// Judges all measurements by their residuals at the solution. Returns whether the problem must be solved again.
   bool revise(const NavigationProblem& built);
+  /// Returns how many measurements of each sensor are rejected, with times of validity in one of these intervals [s].
+  std::vector<std::size_t> rejected_in(const std::vector<std::pair<double, double>>& intervals) const;
   /// Removes the rejected measurements from a solved problem and from the data, and reports them. Returns the time
   /// stamps [s] of the removed measurements, by sensor.
   std::vector<std::vector<double>> remove(NavigationProblem& built, NavigationData& data,
@@ -38,6 +42,7 @@ class GrossErrors {
   const Verdict& of(const PlacedEgoMeasurement& m) const { return verdicts_[m.sensor][m.index]; }
 
   const NavigationData& data_;
+  double suggested_;
   std::vector<std::vector<Verdict>> verdicts_;  // by sensor and measurement
   int revisions_ = 0;
 };

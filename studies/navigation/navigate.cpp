@@ -1,25 +1,23 @@
 #include <algorithm>
 #include <chrono>
-#include <cmath>
+#include <memory>
 
 #include <tandem/lie/error.hpp>
 #include <tandem/problem/navigation/ego_trajectory.hpp>
+#include <tandem/problem/navigation/wrong_first_lines.hpp>
 #include <tandem/problem/stop.hpp>
 #include <tandem/solvers/marginals.hpp>
 #include <tandem/solvers/online/heading_alignment.hpp>
 #include <tandem/studies/fit/judged_measurements.hpp>
 #include <tandem/studies/navigation/averaged_readings.hpp>
-#include <tandem/studies/navigation/gross_errors.hpp>
+#include <tandem/studies/navigation/batch_solution.hpp>
 #include <tandem/studies/navigation/navigate.hpp>
 
 namespace tandem {
 namespace {
 
-constexpr int kMaxSolves = 4;
-constexpr double kWindowWithoutImu = 4.0;  // s
-/// Largest change of a bias [m/s², rad/s] for which the preintegrated samples stay valid. Second-order terms are then
-/// below 1e-6 m/s and rad over a second.
-constexpr double kMaxAccelerometerChange = 1e-2, kMaxGyroscopeChange = 1e-3;
+/// Iterations of the solution without the IMU in the comparison. Without an IMU, wrong data take far more.
+constexpr int kTrialIterations = 30;
 
 class Seconds {
  public:
@@ -29,12 +27,20 @@ class Seconds {
   std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
 };
 
-using Intervals = std::vector<std::pair<double, double>>;  // start and end [s]
+/// Returns the names of the sensors with rejected measurements, separated by commas.
+std::string names_of(const std::vector<std::size_t>& rejected, const NavigationData& data) {
+  std::string names;
+  for (std::size_t s = 0; s < rejected.size(); ++s)
+    if (rejected[s] > 0) names += (names.empty() ? "" : ", ") + data.sensors[s].name;
+  return names;
+}
 
-/// Drops the samples in these intervals, and reports them.
-void drop_samples(const Intervals& intervals, NavigationData& data, std::vector<NavigationFinding>& findings) {
+/// Drops the samples in these intervals, and reports them. `others`: the sensors that they contradict, if known.
+void drop_samples(const BatchSolution::Intervals& intervals, const std::string& others, NavigationData& data,
+                  std::vector<NavigationFinding>& findings) {
   for (const auto& interval : intervals) {
     NavigationFinding finding{NavigationFinding::Kind::rejected, data.imu->name};
+    if (!others.empty()) finding.channel = " of " + others;
     std::erase_if(data.imu->samples, [&](const ImuSample& sample) {
       if (sample.t < interval.first || sample.t > interval.second) return false;
       if (finding.count++ == 0) finding.from = sample.t;
@@ -45,53 +51,15 @@ void drop_samples(const Intervals& intervals, NavigationData& data, std::vector<
   }
 }
 
-/// Returns the states at all keyframes by fixed-lag smoothing, each as it leaves the window. Suggests the measurements
-/// outside of its gate as gross errors.
-std::vector<Stamped<EgoState>> initial_guess(const NavigationData& data, const Alignment& start,
-                                             const NavigationOptions& options, const Stop& stop, GrossErrors& errors,
-                                             Intervals& without_imu) {
-  OnlineOptions online;
-  online.ego = options.ego;
-  // Without an IMU, there are no biases that need a long window, and every measurement makes a keyframe.
-  online.lag.window = data.imu ? options.first_pass : std::min(options.first_pass, kWindowWithoutImu);
-  online.start = start;
-  OnlineEstimator estimator(TrackingData(), online_settings(data), online);
-  std::vector<Stamped<EgoState>> states;
-  estimator.on_leave = [&](const Stamped<EgoState>& state) { states.push_back(state); };
-  estimator.on_reject = [&](const std::string& sensor, const Rejection& why) {
-    if (options.reject_gross_errors && why.kind == Rejection::Kind::outside_gate)
-      errors.suggest(sensor, why.t, why.sigmas);
-  };
-  replay(data, HUGE_VAL, estimator, stop);
-  errors.keep_rare();
-  const auto rest = estimator.window();
-  states.insert(states.end(), rest.begin(), rest.end());
-  without_imu = estimator.imu_exclusions();
-  return states;
-}
-
-/// Returns whether all biases are near those at which the samples were preintegrated.
-bool preintegration_is_valid(const NavigationProblem& problem) {
-  for (std::size_t k = 0; k < problem.keyframes.size(); ++k) {
-    const Vector<6> off = problem.state(k).bias - problem.keyframes[k].preintegration_bias;
-    if (off.head<3>().norm() > kMaxAccelerometerChange || off.tail<3>().norm() > kMaxGyroscopeChange) return false;
+/// Drops the first measurements that those after them contradict, and reports them.
+void drop_wrong_first_lines(NavigationData& data, std::vector<NavigationFinding>& findings) {
+  for (EgoSensor& sensor : data.sensors) {
+    const std::size_t n = wrong_first_lines(sensor);
+    if (n == 0) continue;
+    findings.push_back({NavigationFinding::Kind::rejected, sensor.name, n, sensor.measurements.front().t,
+                        sensor.measurements[n - 1].t, " of the sensor, from which a jump separates them"});
+    sensor.measurements.erase(sensor.measurements.begin(), sensor.measurements.begin() + std::ptrdiff_t(n));
   }
-  return true;
-}
-
-/// Largest change of a delay [s] for which measurements keep their places among the states. The motion is extrapolated
-/// at a constant rate from there; at the begin of a turn, 0.2 s of extrapolation make the estimated delay 7 % too long.
-constexpr double kMaxDelayChange = 5e-3;
-
-double estimated_delay(const NavigationProblem& built, const EgoSensor& sensor) {
-  for (const SensorConstant& c : built.constants)
-    if (c.name == sensor.name + ".delay") return built.problem.value(std::get<Variable<Rn<1>>>(c.state)).vector()[0];
-  return 0;
-}
-
-bool places_are_valid(const NavigationProblem& built, const NavigationData& placed) {
-  return std::all_of(placed.sensors.begin(), placed.sensors.end(),
-                     [&](const EgoSensor& s) { return std::abs(estimated_delay(built, s)) <= kMaxDelayChange; });
 }
 
 /// Adds the systematic errors, with delays relative to the given ones instead of those in `placed`.
@@ -143,11 +111,24 @@ void apply_vibration_noise(const std::vector<NavigationFinding>& findings, Navig
     }
 }
 
+/// Returns the solution that trusts the IMU; null if there is none before the limit.
+std::unique_ptr<BatchSolution> solve_trusting_imu(const NavigationData& data, const Alignment& start,
+                                                  NavigationOptions options, const Stop& stop) try {
+  options.built = {};  // only the problem of the result counts
+  auto solution = std::make_unique<BatchSolution>(data, BatchSolution::Imu::trusted, start, options, stop);
+  if (stop.reached() || solution->states.size() < 2) return {};
+  solution->solve(options, stop);
+  return solution;
+} catch (const Error&) {
+  return {};
+}
+
 }  // namespace
 
 std::vector<NavigationFinding> prepare(NavigationData& data, const NavigationOptions& options) {
   std::vector<NavigationFinding> findings = check(data);
   if (options.vibration) apply_vibration_noise(findings, data);
+  if (options.reject_gross_errors) drop_wrong_first_lines(data, findings);
   for (NavigationFinding& finding : average_readings(data)) findings.push_back(std::move(finding));
   return findings;
 }
@@ -162,58 +143,59 @@ Navigation navigate(const NavigationData& data, const NavigationOptions& options
   online.ego = options.ego;
   const Alignment start = options.start ? *options.start : align(result.data, options.alignment, online, stop);
   result.start = start;
-  GrossErrors errors(result.data);
-  Intervals without_imu;
-  result.states = initial_guess(result.data, start, options, stop, errors, without_imu);
-  if (options.reject_gross_errors) drop_samples(without_imu, result.data, result.findings);
-  if (result.states.size() < 2) stop.check("navigation stopped before the second keyframe");
-  if (result.states.size() < 2) throw Error("navigation needs data for at least two keyframes");
+  auto solution = std::make_unique<BatchSolution>(result.data, BatchSolution::Imu::excludable, start, options, stop);
+  if (solution->states.size() < 2) stop.check("navigation stopped before the second keyframe");
+  if (solution->states.size() < 2) throw Error("navigation needs data for at least two keyframes");
   result.alignment_seconds = clock();
-
-  NavigationData placed = result.data;  // with the delays of the last solve; their weak priors move along
-  for (int solves = 1;; ++solves) {
-    // A further problem is built even if the limit is reached; its solve then ends at once, at the values of the one
-    // before.
-    const Stop building = result.solves == 0 ? stop.with_grace() : Stop();
-    NavigationProblem built = make_navigation_problem(placed, result.states, start, options.ego, building);
-    errors.apply(built);
-    GaussNewtonOptions solver = options.solver;
-    stop.limit(solver);
-    if (options.built) options.built(built.problem);
-    result.summary = solve(built.problem, solver);
-    ++result.solves;
-    for (std::size_t k = 0; k < built.keyframes.size(); ++k) result.states[k].value = built.state(k);
-    const bool done = solves == kMaxSolves || (preintegration_is_valid(built) && places_are_valid(built, placed)) ||
-                      !result.summary.converged();
-    if (!done) {
-      for (EgoSensor& sensor : placed.sensors) sensor.delay += estimated_delay(built, sensor);
-      continue;
+  std::string contradicting;  // sensors that an excluded IMU contradicts
+  if (solution->without_imu.empty()) {
+    solution->solve(options, stop);
+  } else {
+    std::unique_ptr<BatchSolution> trusting = solve_trusting_imu(result.data, start, options, stop);
+    NavigationOptions trial = options;
+    if (trusting) trial.solver.max_iterations = std::min(trial.solver.max_iterations, kTrialIterations);
+    solution->solve(trial, stop, trusting != nullptr);
+    if (trusting) {
+      result.solves = trusting->solves;
+      contradicting = names_of(trusting->errors.rejected_in(solution->without_imu), result.data);
+      if (explains_better(*trusting, *solution)) {
+        std::swap(solution, trusting);
+        result.solves = trusting->solves;
+        if (options.built) options.built(solution->built->problem);
+      } else if (!solution->summary.converged()) {
+        solution->solve(options, stop);
+      }
     }
-    if (options.reject_gross_errors && !stop.reached() && errors.revise(built)) {
-      solves = 0;
-      continue;
-    }
-    const std::vector<std::vector<double>> rejected = errors.remove(built, result.data, result.findings);
-    result.residual_blocks = built.problem.num_soft_blocks();
-    add_constants(built, placed, nullptr, result);
-    if (built.dvl_scale) result.dvl_scale = built.problem.value(*built.dvl_scale).vector()[0];
-    result.placed = built.measurements;
-    for (const PlacedEgoMeasurement& m : built.measurements)
-      result.weight.push_back(m.block ? built.problem.weight(*m.block) : 1.0);
-    result.discarded = built.num_discarded;
-    result.splits = built.splits;
-    JudgedMeasurements judged;
-    add_own_sensors(placed, built.measurements, options.north_east, judged);
-    for (std::size_t i = 0; i < rejected.size(); ++i) judged.sensors[i].rejected = rejected[i];
-    if (!options.covariance)
-      result.why_no_covariance = "not requested";
-    else if (result.summary.converged())
-      add_covariance(built, placed, judged, options, stop, result);
-    if (result.fit.sensors.empty()) result.fit = fit_report(built.problem, judged.sensors, judged.blocks);
-    if (result.covariance.empty()) add_states_at(options.at, built, placed, options.ego, nullptr, result);
-    result.seconds = clock();
-    return result;
+    drop_samples(solution->without_imu, contradicting, result.data, result.findings);
   }
+  NavigationProblem& built = *solution->built;
+  const std::size_t findings = result.findings.size();
+  const std::vector<std::vector<double>> rejected = solution->errors.remove(built, result.data, result.findings);
+  if (!contradicting.empty() && solution->without_imu.empty())
+    for (std::size_t i = findings; i < result.findings.size(); ++i)
+      result.findings[i].channel += ", among them " + result.data.imu->name;
+  result.solves += solution->solves;
+  result.states = std::move(solution->states);
+  result.summary = solution->summary;
+  result.residual_blocks = built.problem.num_soft_blocks();
+  add_constants(built, solution->placed, nullptr, result);
+  if (built.dvl_scale) result.dvl_scale = built.problem.value(*built.dvl_scale).vector()[0];
+  result.placed = built.measurements;
+  for (const PlacedEgoMeasurement& m : built.measurements)
+    result.weight.push_back(m.block ? built.problem.weight(*m.block) : 1.0);
+  result.discarded = built.num_discarded;
+  result.splits = built.splits;
+  JudgedMeasurements judged;
+  add_own_sensors(solution->placed, built.measurements, options.north_east, judged);
+  for (std::size_t i = 0; i < rejected.size(); ++i) judged.sensors[i].rejected = rejected[i];
+  if (!options.covariance)
+    result.why_no_covariance = "not requested";
+  else if (result.summary.converged())
+    add_covariance(built, solution->placed, judged, options, stop, result);
+  if (result.fit.sensors.empty()) result.fit = fit_report(built.problem, judged.sensors, judged.blocks);
+  if (result.covariance.empty()) add_states_at(options.at, built, solution->placed, options.ego, nullptr, result);
+  result.seconds = clock();
+  return result;
 }
 
 }  // namespace tandem

@@ -86,6 +86,83 @@ TEST(GrossErrors, AnImuThatContradictsAllOthersIsLeftOut) {
       }
 }
 
+/// Returns the largest distance between the states of two solutions [m].
+double largest_distance(const Navigation& a, const Navigation& b) {
+  double largest = 0;
+  for (const Stamped<EgoState>& x : a.states)
+    for (const Stamped<EgoState>& y : b.states)
+      if (std::abs(x.t - y.t) < 1e-6)
+        largest = std::max(largest, (x.value.pose.translation() - y.value.pose.translation()).norm());
+  return largest;
+}
+
+bool rejects(const Navigation& found, const std::string& sensor) {
+  return std::any_of(found.findings.begin(), found.findings.end(), [&](const NavigationFinding& finding) {
+    return finding.sensor == sensor && finding.kind == NavigationFinding::Kind::rejected;
+  });
+}
+
+/// A DVL that stays wrong contradicts the IMU, and without the IMU it agrees with itself. It must not win: the states
+/// are those without its wrong measurements.
+TEST(GrossErrors, ADvlThatStaysWrongDoesNotReplaceTheImu) {
+  const SimulatedDive dive = simulate_dive({.grade = Grade::tactical, .minutes = 2, .dvl_scale = false});
+  NavigationOptions options;
+  options.covariance = false;
+  struct Fault {
+    std::string name;
+    double end;
+    std::function<void(Vector<3>&, double)> change;
+  };
+  const std::vector<Fault> faults = {
+      {"ramp", HUGE_VAL, [](Vector<3>& v, double since) { v.x() += 0.5 * since; }},
+      {"step of 30 s", 90, [](Vector<3>& v, double) { v.y() += 8; }},
+  };
+  for (const Fault& fault : faults) {
+    SCOPED_TRACE(fault.name);
+    NavigationData faulty = dive.data, without = dive.data;
+    const auto wrong = [&](const EgoMeasurement& m) { return m.t > 60 && m.t < fault.end; };
+    for (EgoMeasurement& m : sensor_of(faulty, EgoSensorType::dvl).measurements)
+      if (wrong(m)) fault.change(m.value, m.t - 60);
+    std::erase_if(sensor_of(without, EgoSensorType::dvl).measurements, wrong);
+    const Navigation found = navigate(faulty, options), expected = navigate(without, options);
+    EXPECT_TRUE(found.summary.converged());
+    EXPECT_TRUE(rejects(found, "dvl"));
+    EXPECT_FALSE(rejects(found, "imu"));
+    EXPECT_LT(largest_distance(found, expected), 1);
+  }
+}
+
+/// Estimates start from the first measurements, which nothing before them can contradict. The states are those without
+/// the wrong ones.
+TEST(GrossErrors, WrongFirstMeasurementsAreNamedAndDoNotMoveTheStates) {
+  const SimulatedDive dive = simulate_dive({.grade = Grade::tactical, .minutes = 1});
+  NavigationOptions options;
+  options.covariance = false;
+  const auto wrong = [&](EgoSensorType type, std::size_t n, const Vector<3>& by) {
+    SCOPED_TRACE(std::string(name(type)));
+    NavigationData data = dive.data;
+    EgoSensor& sensor = sensor_of(data, type);
+    for (std::size_t i = 0; i < n; ++i) {
+      sensor.measurements[i].value += by;
+      if (type == EgoSensorType::heading)
+        sensor.measurements[i].rotation = SO3::Exp(by) * sensor.measurements[i].rotation;
+    }
+    NavigationData without = dive.data;
+    std::vector<EgoMeasurement>& right = sensor_of(without, type).measurements;
+    right.erase(right.begin(), right.begin() + std::ptrdiff_t(n));
+    const Navigation found = navigate(data, options), expected = navigate(without, options);
+    EXPECT_TRUE(found.summary.converged());
+    EXPECT_TRUE(rejects(found, std::string(name(type))));
+    EXPECT_FALSE(rejects(found, "imu"));
+    EXPECT_LT(largest_distance(found, expected), 0.01);
+  };
+  wrong(EgoSensorType::dvl, 1, {4, 0, 0});
+  wrong(EgoSensorType::dvl, 10, {0, 6, 0});
+  wrong(EgoSensorType::gps, 3, {0, 50, 0});
+  wrong(EgoSensorType::depth, 20, {0, 0, -30});
+  wrong(EgoSensorType::heading, 1, {0, 0, 2});
+}
+
 TEST(GrossErrors, AreNotFoundInOrdinaryNoise) {
   const SimulatedDive dive = simulate_dive({.grade = Grade::tactical, .minutes = 2, .seed = 5});
   NavigationOptions options;
