@@ -5,6 +5,7 @@
 
 #include <tandem/lie/error.hpp>
 #include <tandem/problem/navigation/coarse_alignment.hpp>
+#include <tandem/problem/navigation/wrong_first_lines.hpp>
 
 namespace tandem {
 namespace {
@@ -26,6 +27,16 @@ const EgoMeasurement* first_of(const EgoSensor* sensor, double t) {
   for (const EgoMeasurement& m : sensor->measurements)
     if (sensor->valid_at(m) >= t - kSameInstant) return sensor->valid_at(m) <= t + kFirstSeconds ? &m : nullptr;
   return nullptr;
+}
+
+/// Returns the earliest time from t on that is after all wrong first measurements of the first 5 s [s].
+double after_wrong_first_lines(const NavigationData& data, double t) {
+  double end = t;
+  for (const EgoSensor& sensor : data.sensors)
+    if (const std::size_t n = wrong_first_lines(sensor); n > 0)
+      if (const double last = sensor.valid_at(sensor.measurements[n - 1]); last < t + kFirstSeconds)
+        end = std::max(end, last + 2 * kSameInstant);
+  return end;
 }
 
 bool has_samples(const NavigationData& data) { return data.imu && !data.imu->samples.empty(); }
@@ -88,7 +99,7 @@ Alignment coarse_alignment(const NavigationData& data) {
     throw BadInputError("navigation needs a source of motion: add an imu, or a heading sensor with a dvl or a gps");
 
   Alignment a;
-  a.t = *start;
+  a.t = after_wrong_first_lines(data, *start);
   const bool inertial = data.imu && !data.imu->samples.empty() && data.imu->samples.front().t <= a.t + kLevelling;
   SO3 R = level_orientation(data, a.t);
   if (const EgoMeasurement* m = first_of(heading, a.t)) {

@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
 #include <tandem/lie/error.hpp>
@@ -17,6 +18,7 @@ constexpr double kMinBiasSigma = 1e-9;  // m/s², rad/s
 constexpr double kRecent = 5;           // s; maximum age of a measurement that sets the state after a reset
 constexpr double kMaxDistance = 1e8, kMaxSpeed = 30;  // m, m/s; a state beyond them is wrong
 
+constexpr double kWrongHeading = 3;       // rad, standard deviation
 constexpr double kWindowWithoutImu = 10;  // s; without IMU samples, each measurement makes a keyframe
 
 /// Returns whether a sensor limits the drift of position or velocity.
@@ -45,7 +47,7 @@ EgoStateSigmas sigmas_without_sensor(EgoSensorType type) {
       spread.position.z() = 1e3;
       break;
     case EgoReading::orientation:
-      spread.rotation.z() = 3;
+      spread.rotation.z() = kWrongHeading;
       break;
   }
   return spread;
@@ -102,11 +104,10 @@ void OnlineEstimator::Streams::reset_to(const std::string& sensor, double t, std
                own ? sigmas_without_sensor(*own) : EgoStateSigmas());
 }
 
-/// Sets the velocity and the height to their newest measurements, and the position if its standard deviation is large.
-/// A wrong velocity makes the position uncertain, too.
+/// Sets the velocity, the height and the position to their newest measurements, and a heading that was wrong. A wrong
+/// velocity makes the position uncertain, too; so does a wrong heading since the alignment.
 void OnlineEstimator::Streams::adopt_measured(Alignment& start) const {
   EgoState& state = start.state;
-  const SO3& R = state.pose.rotation();
   Vector<3> p = state.pose.translation();
   const auto newest = [&](EgoReading reading) -> std::pair<const EgoSensor*, const EgoMeasurement*> {
     for (std::size_t i = 0; i < newest_ego_.size(); ++i) {
@@ -117,7 +118,20 @@ void OnlineEstimator::Streams::adopt_measured(Alignment& start) const {
     }
     return {};
   };
+  SO3 R = state.pose.rotation();
   Vector<3> velocity = state.velocity;
+  if (start.sigmas.rotation.z() >= kWrongHeading) {
+    if (const auto [heading, m] = newest(EgoReading::orientation); m) {
+      const Matrix<3, 3> E = (m->rotation * heading->mount.rotation().inverse() * R.inverse()).matrix();
+      const SO3 turn = SO3::Exp({0, 0, std::atan2(E(1, 0) - E(0, 1), E(0, 0) + E(1, 1))});
+      R = turn * R;
+      velocity = turn.act(velocity);
+    }
+    const double wrong = 2 * std::min(velocity.norm(), kMaxSpeed);
+    start.sigmas.velocity = start.sigmas.velocity.cwiseMax(wrong);
+    if (std::isfinite(aligned_))
+      start.sigmas.position.head<2>() = start.sigmas.position.head<2>().cwiseMax(wrong * (start.t - aligned_));
+  }
   if (const auto [dvl, m] = newest(EgoReading::body_vector); m)
     velocity = R.act(m->value);
   else if (velocity.norm() > kMaxSpeed)
@@ -127,8 +141,12 @@ void OnlineEstimator::Streams::adopt_measured(Alignment& start) const {
   state.velocity = velocity;
   if (const auto [gps, m] = newest(EgoReading::world_vector); m) {
     const Vector<3> measured = m->value - R.act(gps->mount.translation());
-    for (int i = 0; i < 3; ++i)
-      if (std::abs(measured[i] - p[i]) < start.sigmas.position[i]) p[i] = measured[i];
+    for (int i = 0; i < 3; ++i) {
+      const double distance = std::abs(measured[i] - p[i]);
+      if (distance >= start.sigmas.position[i] && distance <= options_.reset.gate * gps->sigma[i]) continue;
+      start.sigmas.position[i] = std::max(start.sigmas.position[i], distance);
+      p[i] = measured[i];
+    }
   }
   if (const auto [depth, m] = newest(EgoReading::world_height); m) {
     const double z = m->value.z() - R.act(depth->mount.translation()).z();

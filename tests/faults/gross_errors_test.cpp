@@ -170,5 +170,24 @@ TEST(GrossErrorsOnline, AnImuThatContradictsAllOthersIsNotUsed) {
     }
 }
 
+/// The estimate starts from the first measurements. Those after them replace wrong ones.
+TEST(GrossErrorsOnline, WrongFirstMeasurementsDoNotStay) {
+  const SimulatedDive dive = simulate_dive({.grade = Grade::tactical, .minutes = 1, .seed = 4});
+  const double clean = run(dive, dive.data).at_end;
+  const auto wrong = [&](EgoSensorType type, std::size_t n, const Vector<3>& by) {
+    SCOPED_TRACE(std::string(name(type)));
+    NavigationData data = dive.data;
+    for (EgoSensor& sensor : data.sensors)
+      for (std::size_t i = 0; sensor.type == type && i < n; ++i) {
+        EgoMeasurement& m = sensor.measurements[i];
+        m.value += by;
+        if (type == EgoSensorType::heading) m.rotation = SO3::Exp(by) * m.rotation;
+      }
+    EXPECT_LE(run(dive, data).at_end, 1.5 * clean + 0.3);
+  };
+  wrong(EgoSensorType::heading, 1, {0, 0, 2});
+  wrong(EgoSensorType::dvl, 1, {6, 0, 0});
+}
+
 }  // namespace
 }  // namespace tandem::faults
