@@ -186,7 +186,7 @@ TEST(GrossErrorsOnline, WrongFirstMeasurementsDoNotStay) {
     EXPECT_LE(run(dive, data).at_end, 1.5 * clean + 0.3);
   };
   wrong(EgoSensorType::heading, 1, {0, 0, 2});
-  wrong(EgoSensorType::depth, 30, {0, 0, 5});
+  wrong(EgoSensorType::dvl, 1, {6, 0, 0});
 }
 
 }  // namespace
