@@ -177,6 +177,12 @@ void screen_odometry(std::vector<Stamped<SE3>>& poses, std::vector<NavigationFin
       const double begin = verdict == V::returned ? odometry.excursion_begin() : -HUGE_VAL;
       const auto wrong = std::find_if(kept.begin(), kept.end(), [&](const Stamped<SE3>& k) { return k.t >= begin; });
       for (auto it = wrong; it != kept.end(); ++it) discard(displaced, it->t);
+      if (verdict == V::wrong_start) {  // measurements at the start need a pose: the one that leads to the next two
+        const Stamped<SE3>&first = waiting[0], &second = waiting[1];
+        const Vector<6> twist = minus(second.value, first.value) / (second.t - first.t);
+        const double t = kept.front().t;
+        waiting.insert(waiting.begin(), {t, first.value * SE3::Exp((t - first.t) * twist)});
+      }
       kept.erase(wrong, kept.end());
       std::erase_if(findings, [&](const NavigationFinding& f) { return f.kind == Kind::jump && f.from >= begin; });
       for (const Stamped<SE3>& other : waiting) kept.push_back(odometry.continued(other));

@@ -59,8 +59,8 @@ struct SensorHealth {
   std::size_t down_weighted = 0;
   double expected_down_weighted = 0;
   /// Standardised innovations νᵢ / √Sᵢᵢ of the used measurements that are not down-weighted, by row.
-  std::vector<ResidualMoments> innovations;
-  std::vector<WorstMeasurement> worst;  ///< at most five used measurements, that with the largest innovation first
+  std::vector<ResidualMoments> innovations{};
+  std::vector<WorstMeasurement> worst{};  ///< at most five used measurements, that with the largest innovation first
 };
 
 /// Reliability of the newest state.

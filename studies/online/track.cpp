@@ -25,7 +25,7 @@ constexpr const char* kNotReached = "after the last keyframe of the track";
 
 using Clock = std::chrono::steady_clock;
 
-/// `awaits_target`: the measurement is of a target that is not initialised.
+/// `awaits_target`: whether the sensor observes a target that is not initialised.
 std::string reason_of(Rejection::Kind kind, bool awaits_target) {
   switch (kind) {
     case Rejection::Kind::not_in_use:

@@ -227,7 +227,7 @@ TEST(OnlineGate, ResetsIfOdometryJumpsToANewOrigin) {
   EXPECT_THAT(run.resets[0].why, HasSubstr("odometry jumped to a new origin at 30"));
 }
 
-/// The poses in between are those of another origin. They say nothing of the chaser, so it does not become more certain.
+/// The poses of the excursion say nothing of the chaser, so it does not become more certain.
 TEST(OnlineGate, ContinuesAfterAnExcursionOfTheOdometry) {
   GatedRun run;
   OnlineEstimator& estimator = run.estimator();

@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <array>
 #include <csignal>
 #include <map>
 #include <sstream>
@@ -258,8 +259,10 @@ TEST(TrackCommand, PrintsUpdatesAsJsonLines) {
   EXPECT_GT(n, 30);
 }
 
-Eigen::Vector3d vector_of(const Json& v) { return {v[0], v[1], v[2]}; }
-Eigen::Matrix3d rotation_of(const Json& q) { return Eigen::Quaterniond(q[3], q[0], q[1], q[2]).toRotationMatrix(); }
+Eigen::Vector3d vector_of(const Json& v) { return Eigen::Vector3d(v.get<std::array<double, 3>>().data()); }
+Eigen::Matrix3d rotation_of(const Json& q) {
+  return Eigen::Quaterniond(q.get<std::array<double, 4>>().data()).toRotationMatrix();  // x y z w
+}
 
 /// Returns the standard deviations of the target's position in the chaser's body, from the covariance of a line.
 Eigen::Vector3d relative_sigmas(const Json& line) {
@@ -267,7 +270,7 @@ Eigen::Vector3d relative_sigmas(const Json& line) {
   const Eigen::Index n = Eigen::Index(rows.size());
   Eigen::MatrixXd S(n, n);
   for (Eigen::Index i = 0; i < n; ++i)
-    for (Eigen::Index j = 0; j < n; ++j) S(i, j) = rows[std::size_t(i)][std::size_t(j)];
+    for (Eigen::Index j = 0; j < n; ++j) S(i, j) = rows[std::size_t(i)][std::size_t(j)].get<double>();
   const Eigen::Matrix3d R = rotation_of(line["chaser_quaternion"]);
   const Eigen::Vector3d p = R.transpose() * (vector_of(line["target_m"]) - vector_of(line["chaser_m"]));
   Eigen::MatrixXd J = Eigen::MatrixXd::Zero(3, n);
@@ -278,7 +281,7 @@ Eigen::Vector3d relative_sigmas(const Json& line) {
   return (J * S * J.transpose()).diagonal().cwiseSqrt();
 }
 
-/// The same data with and without motion hypotheses, which do not affect the window.
+/// Motion hypotheses do not affect the window, so it is that of a track without them.
 TEST(TrackCommand, CovariancesOfALineBelongToTheValuesBesideThem) {
   const std::string feed = docking_lines(40);
   const Outcome hypotheses = track_lines(feed, {"--json-lines"}),

@@ -30,6 +30,8 @@ TrackSnapshot full_snapshot() {
   s.feed.clocks = {99.5, -HUGE_VAL, {{1e-9, -3600, 12.25, 0.1, 0.01, 1}, {}}};
   s.feed.rejected_lines = {{{"usbl", "repeats a time"}, 3}};
   s.health.sensors = {{"usbl", 5, 2, 1, 12.0, 11.5, 0.75}, {"optical", 0, 0, 0, {}, {}, {}}};
+  s.health.sensors[0].innovations = {{3, 1.5, 5.25, 2.125, 0.5, -0.25}, {}};
+  s.health.sensors[0].worst = {{12, 1, -2.5}};
   s.health.resets = 2;
   s.health.suspensions = 1;
   s.health.converged = false;
@@ -77,6 +79,13 @@ TEST(TrackSnapshot, RestoresAllFields) {
   EXPECT_EQ(back.hypotheses->t, 7.5);
   EXPECT_EQ(back.hypotheses->numbers, s.hypotheses->numbers);
   EXPECT_EQ(back.health.sensors[0].sigmas, 0.75);
+  ASSERT_EQ(back.health.sensors[0].innovations.size(), 2u);
+  EXPECT_EQ(back.health.sensors[0].innovations[0].n, 3u);
+  EXPECT_EQ(back.health.sensors[0].innovations[0].products, 2.125);
+  EXPECT_EQ(back.health.sensors[0].innovations[0].last, -0.25);
+  ASSERT_EQ(back.health.sensors[0].worst.size(), 1u);
+  EXPECT_EQ(back.health.sensors[0].worst[0].component, 1u);
+  EXPECT_EQ(back.health.sensors[0].worst[0].residual, -2.5);
   EXPECT_EQ(back.faulty_intervals.now->since, 10);
   EXPECT_FALSE(back.faulty_intervals.longest);
   EXPECT_EQ(back.partial.sizes, s.partial.sizes);
