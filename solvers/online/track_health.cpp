@@ -1,7 +1,6 @@
 #include <algorithm>
 
 #include <tandem/lie/error.hpp>
-#include <tandem/problem/navigation/navigation_data.hpp>
 #include <tandem/solvers/online/track_health.hpp>
 
 namespace tandem {
@@ -30,9 +29,8 @@ namespace {
 
 constexpr std::size_t kMaxVerdicts = 4096;
 constexpr std::size_t kMinUpdates = 10;
-constexpr double kAbsence = 30;             // s
-constexpr std::size_t kWorst = 5;           // measurements
-constexpr std::size_t kMaxWrongFirst = 30;  // measurements
+constexpr double kAbsence = 30;    // s
+constexpr std::size_t kWorst = 5;  // measurements
 
 void add_innovation(SensorHealth& s, double t, const NormalizedInnovation& innovation) {
   const Eigen::VectorXd& e = innovation.standardised;
@@ -123,12 +121,7 @@ bool HealthMonitor::must_reset_to(std::size_t sensor) const {
   const bool was_absent = !own.last_used || rejected_since_[sensor].value_or(*since) - *own.last_used > kAbsence;
   // The estimate may have started from a wrong measurement, which agrees with the motion that other sensors measure.
   const bool outvoted = own.used < std::size_t(options_.rejections) && own.rejected_in_a_row > own.used;
-  // So may a burst of wrong positions or heights, until as many right ones contradict it.
-  const bool absolute = sensors_[sensor].subject == int(EgoReading::world_vector) ||
-                        sensors_[sensor].subject == int(EgoReading::world_height);
-  const bool burst = absolute && own.used <= kMaxWrongFirst && own.rejected == own.rejected_in_a_row &&
-                     own.rejected_in_a_row >= own.used;
-  return !is_confirmed(sensor, *since, was_absent || outvoted || burst);
+  return !is_confirmed(sensor, *since, was_absent || outvoted);
 }
 
 bool HealthMonitor::contradicts(std::size_t sensor, double t) const {
