@@ -50,22 +50,19 @@ class McapRecording : public MessageRecording {
   /// Goes through all records. Without `deliver`, only lists and counts; chunks are decompressed in both cases, since
   /// they contain the schemas and channels.
   void scan(const std::function<void()>& stop, bool deliver) {
-    DamagedPlaces damage;
     std::uint64_t at = kMagicSize;
-    record_at_ = content_at_ = at;
+    DamagedPlaces damage(at);
     bool ended = false;
     while (!ended && at < bytes_.size()) {
       stop();
       try {
         at = file_record(at, deliver, ended, damage);
       } catch (const OutOfBytes&) {
-        const auto inside = find(content_at_, at, false);  // the length of the record before is too large
-        const auto next = inside ? inside : find(at + 1, bytes_.size(), true);
+        const auto next = damage.resume(at, bytes_.size(), [this](auto... place) { return find(place...); });
         if (!next) {
           add_truncation(at);
           break;
         }
-        damage.add(inside ? record_at_ : at, *next);
         at = *next;
       }
     }
@@ -96,7 +93,6 @@ class McapRecording : public MessageRecording {
       const auto next = find(content, bytes_.size(), false);
       const std::uint64_t end = next.value_or(bytes_.size());
       record(opcode, bytes_.read(content, end - content), at, deliver);
-      content_at_ = end;
       ended = !next;
       if (next)
         damage.add(at, end);
@@ -104,8 +100,7 @@ class McapRecording : public MessageRecording {
         add_truncation(at);
       return end;
     }
-    record_at_ = at;
-    content_at_ = content;
+    damage.read(at, content);
     ended = opcode == kDataEnd || opcode == kFooter;
     if (opcode == kSchema || opcode == kChannel || opcode == kMessage || opcode == kChunk)
       record(opcode, bytes_.read(content, length), at, deliver);
@@ -233,7 +228,6 @@ class McapRecording : public MessageRecording {
 
   FileBytes bytes_;
   std::string chunk_;
-  std::uint64_t record_at_ = 0, content_at_ = 0;  ///< the last record that was read, and its content
   std::map<std::uint16_t, Schema> schemas_;
   std::map<std::uint16_t, std::size_t> channels_;  ///< index of the topic
 };

@@ -81,21 +81,18 @@ class Rosbag1Recording : public MessageRecording {
 
   void scan(const std::function<void()>& stop, Pass pass) {
     pass_ = pass;
-    record_at_ = content_at_ = kFirstRecord;
-    DamagedPlaces damage;
     std::uint64_t at = kFirstRecord;
+    DamagedPlaces damage(at);
     while (at < bytes_.size()) {
       stop();
       try {
         at = file_record(at, damage);
       } catch (const OutOfBytes&) {
-        const auto inside = find(content_at_, at, false);  // the length of the record before is too large
-        const auto next = inside ? inside : find(at + 1, bytes_.size(), true);
+        const auto next = damage.resume(at, bytes_.size(), [this](auto... place) { return find(place...); });
         if (!next) {
           add_truncation(at);
           break;
         }
-        damage.add(inside ? record_at_ : at, *next);
         at = *next;
       }
     }
@@ -144,16 +141,15 @@ class Rosbag1Recording : public MessageRecording {
       if (header.operation() != kBagChunk) throw OutOfBytes();
       // The length is damaged, or the chunk is truncated. It is used up to the next record, or to the end of the file.
       const auto next = find(data_at, bytes_.size(), false);
-      if (!skips_chunk(at)) chunk(header, bytes_.read_at_most(data_at, next.value_or(bytes_.size()) - data_at), at);
-      content_at_ = next.value_or(bytes_.size());
+      const std::uint64_t end = next.value_or(bytes_.size());
+      if (!skips_chunk(at)) chunk(header, bytes_.read_at_most(data_at, end - data_at), at);
       if (next)
-        damage.add(at, *next);
+        damage.add(at, end);
       else
         add_truncation(at);
-      return content_at_;
+      return end;
     }
-    content_at_ = data_at;
-    record_at_ = at;
+    damage.read(at, data_at);
     switch (header.operation()) {
       case kBagHeader: {
         const auto index = header.number<std::uint64_t>("index_pos");
@@ -256,7 +252,6 @@ class Rosbag1Recording : public MessageRecording {
   std::string chunk_;
   Pass pass_ = Pass::list;
   bool indexed_ = false, ignores_index_ = false, damaged_ = false;
-  std::uint64_t record_at_ = 0, content_at_ = 0;   ///< the last record that was read, and its content
   std::map<std::uint32_t, std::size_t> topic_of_;  ///< key: ID of the connection
   std::map<std::uint32_t, std::vector<double>> early_counts_;
   std::map<std::uint64_t, std::set<std::uint32_t>> chunk_connections_;  ///< key: position of the chunk [bytes]

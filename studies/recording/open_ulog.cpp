@@ -32,8 +32,8 @@ class UlogRecording : public LogRecording {
 
  protected:
   void scan(const std::function<void()>& stop) override {
-    DamagedPlaces damage;
-    std::uint64_t at = kFirstMessage, before = at, content = at;
+    std::uint64_t at = kFirstMessage;
+    DamagedPlaces damage(at);
     while (at < bytes_.size()) {
       stop();
       try {
@@ -42,34 +42,31 @@ class UlogRecording : public LogRecording {
         const char type = static_cast<char>(head.u8());
         ByteReader in(bytes_.read(at + kUlogHead, size));
         if (message(type, in)) {
-          before = at;
-          content = at + kUlogHead;
-          at = content + size;
+          damage.read(at, at + kUlogHead);
+          at += kUlogHead + size;
           continue;
         }
       } catch (const OutOfBytes&) {
       }
-      const auto next = find(content, at);  // there is one before `at` if the length of the message before is too large
+      const auto next = damage.resume(at, bytes_.size(), [this](auto from, auto end, bool) { return find(from, end); });
       if (!next) {
         add_defect(fmt::format(
             "the log is truncated or damaged: the message at byte {} is incomplete; all before are used", at));
         break;
       }
-      damage.add(*next < at ? before : at, *next);
       at = *next;
     }
     if (damage.any()) add_defect(damage.sentence());
   }
 
  private:
-  /// Returns the first byte from `from` on, other than `damaged`, at which several messages follow each other.
-  std::optional<std::uint64_t> find(std::uint64_t from, std::uint64_t damaged) {
+  /// Returns the first byte in [from, end) at which several messages follow each other.
+  std::optional<std::uint64_t> find(std::uint64_t from, std::uint64_t end) {
     constexpr int kFollowing = 3;
     return find_record(
-        bytes_, from, bytes_.size(), kUlogHead,
+        bytes_, from, end, kUlogHead,
         [](std::string_view head) { return head.size() > 2 && kTypes.find(head[2]) != std::string_view::npos; },
         [&](std::uint64_t at) {
-          if (at == damaged) return false;
           for (int i = 0; i < kFollowing && (i == 0 || at < bytes_.size()); ++i) {
             ByteReader head(bytes_.read(at, kUlogHead));
             const std::uint16_t size = head.u16();

@@ -116,6 +116,16 @@ std::optional<double> packed_date(double number) {
   return date && !std::isnan(of_day) ? std::optional(*date + of_day) : std::nullopt;
 }
 
+struct Magnitude {
+  std::string_view unit;
+  double seconds;
+};
+Magnitude magnitude_of(double time) {
+  if (time > 1e17) return {"ns", 1e-9};
+  if (time > 1e14) return {"us", 1e-6};
+  return time > 1e11 ? Magnitude{"ms", 1e-3} : Magnitude{"s", 1};
+}
+
 }  // namespace
 
 long days_since_1970(int year, int month, int day) {  // Hinnant, "chrono-compatible low-level date algorithms"
@@ -183,13 +193,10 @@ double packed_time_of_day(double number) {
 }
 
 std::string_view unit_by_magnitude(double time) {
-  return packed_date(time) ? "YYYYMMDDhhmmss" : time > 1e17 ? "ns" : time > 1e14 ? "us" : time > 1e11 ? "ms" : "s";
+  return packed_date(time) ? "YYYYMMDDhhmmss" : magnitude_of(time).unit;
 }
 
-double seconds_by_magnitude(double time) {
-  if (const auto date = packed_date(time)) return *date;
-  return time * (time > 1e17 ? 1e-9 : time > 1e14 ? 1e-6 : time > 1e11 ? 1e-3 : 1);
-}
+double seconds_by_magnitude(double time) { return packed_date(time).value_or(time * magnitude_of(time).seconds); }
 
 std::string utc_text(double t) {
   if (!(std::abs(t) < 1e11)) return fmt::format("{:g} s", t);

@@ -27,11 +27,19 @@ std::optional<std::uint64_t> find_record(FileBytes& file, std::uint64_t from, st
 }
 
 void DamagedPlaces::add(std::uint64_t record, std::uint64_t next) {
+  content_ = next;
   if (places_++ == 0) {
     first_ = record;
     next_ = next;
   }
   bytes_ += next - record;
+}
+
+std::optional<std::uint64_t> DamagedPlaces::resume(std::uint64_t at, std::uint64_t end, const Find& find) {
+  const auto inside = find(content_, at, false);
+  const auto next = inside ? inside : find(at + 1, end, true);
+  if (next) add(inside ? record_ : at, *next);
+  return next;
 }
 
 std::string DamagedPlaces::sentence() const {

@@ -7,6 +7,24 @@
 #include <tandem/studies/support/text.hpp>
 
 namespace tandem {
+namespace {
+
+/// Returns the most frequent number of cells, and the number of lines that have it; zeros without lines.
+std::pair<std::size_t, std::size_t> usual(const std::vector<std::string>& head, char delimiter) {
+  CellSplitter splitter(delimiter);
+  std::map<std::size_t, std::size_t> counts;
+  std::vector<std::string_view> cells;
+  for (const std::string& line : head) {
+    splitter.split(line, cells);
+    ++counts[cells.size()];
+  }
+  const auto most =
+      std::max_element(counts.begin(), counts.end(), [](const auto& a, const auto& b) { return a.second < b.second; });
+  if (most == counts.end()) return {};
+  return *most;
+}
+
+}  // namespace
 
 void CellSplitter::split(std::string_view line, std::vector<std::string_view>& cells) {
   if (delimiter_ == ' ') {
@@ -70,34 +88,15 @@ bool ends_in_quotes(std::string_view line) {
   return quoted;
 }
 
-std::size_t usual_cells(const std::vector<std::string>& head, char delimiter) {
-  CellSplitter splitter(delimiter);
-  std::map<std::size_t, std::size_t> counts;
-  std::vector<std::string_view> cells;
-  for (const std::string& line : head) {
-    splitter.split(line, cells);
-    ++counts[cells.size()];
-  }
-  const auto most =
-      std::max_element(counts.begin(), counts.end(), [](const auto& a, const auto& b) { return a.second < b.second; });
-  return most == counts.end() ? 0 : most->first;
-}
+std::size_t usual_cells(const std::vector<std::string>& head, char delimiter) { return usual(head, delimiter).first; }
 
 char detect_delimiter(const std::vector<std::string>& head) {
   char best = ',';
   std::pair<std::size_t, std::size_t> best_score{0, 0};
   for (const char delimiter : {'\t', ';', '|', ',', ' '}) {
-    CellSplitter splitter(delimiter);
-    std::map<std::size_t, std::size_t> counts;
-    std::vector<std::string_view> cells;
-    for (const std::string& line : head) {
-      splitter.split(line, cells);
-      ++counts[cells.size()];
-    }
-    const auto most = std::max_element(counts.begin(), counts.end(),
-                                       [](const auto& a, const auto& b) { return a.second < b.second; });
-    if (most->first < 2) continue;
-    const std::pair score{most->second, delimiter == ',' || delimiter == ' ' ? std::size_t(0) : most->first};
+    const auto [cells, lines] = usual(head, delimiter);
+    if (cells < 2) continue;
+    const std::pair score{lines, delimiter == ',' || delimiter == ' ' ? std::size_t(0) : cells};
     if (score > best_score) {
       best_score = score;
       best = delimiter;
