@@ -1,31 +1,12 @@
-#include <tandem/solvers/fit_report.hpp>
+#include <tandem/studies/fit/fit_text.hpp>
 
-#include "arrays.hpp"
 #include "problem_object.hpp"
 
 namespace tandem::python {
 namespace {
 
-py::dict to_python(const SensorFit& fit) {
-  py::dict components;
-  for (std::size_t c = 0; c < fit.series.size(); ++c) {
-    const ResidualSeries& series = fit.series[c];
-    components[py::str(fit.components[c])] =
-        py::dict(py::arg("mean") = series.mean(), py::arg("sigma") = series.spread(),
-                 py::arg("correlation") = series.correlation());
-  }
-  py::list worst;
-  for (const WorstMeasurement& w : fit.worst)
-    worst.append(py::dict(py::arg("t") = w.t, py::arg("component") = fit.components[w.component],
-                          py::arg("residual") = w.residual));
-  return py::dict(py::arg("used") = fit.used, py::arg("rejected") = fit.rejected,
-                  py::arg("down_weighted") = fit.down_weighted,
-                  py::arg("expected_down_weighted") = fit.expected_down_weighted, py::arg("components") = components,
-                  py::arg("worst") = worst, py::arg("misfit") = fit.misfit());
-}
-
-/// Returns the content of a fit report, with the keys of summary.json. Block i of a sensor has the time stamp i.
-py::dict fit_of(PyProblem& self, const py::dict& sensors) {
+/// Returns a fit report as JSON, with the keys of summary.json. Block i of a sensor has the time stamp i.
+std::string fit_of(PyProblem& self, const py::dict& sensors) {
   PyProblem::Solve solving(self);
   Problem& problem = self.read();
   std::vector<JudgedSensor> judged;
@@ -47,19 +28,13 @@ py::dict fit_of(PyProblem& self, const py::dict& sensors) {
     const Marginals marginals(problem);
     return fit_report(problem, judged, measurements, &marginals);
   });
-  py::dict of_sensors;
-  for (const SensorFit& sensor : fit.sensors) of_sensors[py::str(sensor.name)] = to_python(sensor);
-  return py::dict(py::arg("consistent") = fit.consistent(), py::arg("verdict") = fit.verdict(),
-                  py::arg("noise_far_too_large") = fit.noise_is_far_too_large(),
-                  py::arg("oversized") = fit.oversized_noises(), py::arg("cost") = fit.cost,
-                  py::arg("expected_cost") = fit.expected_cost, py::arg("cost_sigma") = fit.cost_sigma,
-                  py::arg("sensors") = of_sensors);
+  return json_line(fit_fields()(fit));
 }
 
 }  // namespace
 
 void bind_fit_report(py::module_& m) {
-  m.def("_fit_report", &fit_of, py::arg("problem"), py::arg("sensors"), "Return the content of a FitReport.");
+  m.def("_fit_report", &fit_of, py::arg("problem"), py::arg("sensors"), "Return a FitReport as JSON.");
 }
 
 }  // namespace tandem::python

@@ -84,7 +84,7 @@ class FitReport(Summary):
     def _repr_html_(self) -> str:
         rows = []
         for sensor, fit in self["sensors"].items():
-            for component, c in fit["components"].items():
+            for component, c in fit.get("components", {}).items():
                 rows.append((sensor, fit["used"], component, *(f"{c[k]:.2f}" if c.get(k) is not None else "–"
                                                                for k in ("mean", "sigma", "correlation"))))
         return f"<p>{_html.html.escape(self.verdict)}</p>" + _html.table(
@@ -112,7 +112,7 @@ def fit_report(problem: Problem, sensors: Dict[str, Any]) -> FitReport:
     >>> tandem.fit_report(p, {"scale": blocks}).consistent
     True
     """
-    return FitReport(_fit_report(problem, sensors))
+    return FitReport({"sensors": {}, **json.loads(_fit_report(problem, sensors))})
 
 
 class Results:
