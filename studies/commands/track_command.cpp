@@ -19,6 +19,7 @@
 #include <tandem/studies/online/track_lines.hpp>
 #include <tandem/studies/online/track_report.hpp>
 #include <tandem/studies/online/track_snapshot.hpp>
+#include <tandem/studies/online/watched_sensors.hpp>
 #include <tandem/studies/support/option_values.hpp>
 #include <tandem/studies/support/text.hpp>
 
@@ -205,7 +206,7 @@ int run_track(const TrackRequest& request, const CommandOptions& option) {
        .warn = [](const std::string& sentence) { warn(sentence); }},
       scenario, options.ahead);
   if (request.snapshot) options.on_snapshot = [&](TrackSnapshot snapshot) { files.add(std::move(snapshot)); };
-  TrackJsonLines json_lines(scenario.frame, watched_sensors(scenario), options.ahead,
+  TrackJsonLines json_lines(scenario.frame, names_of_watched_sensors(scenario), options.ahead,
                             request.covariance.value_or(LineCovariance::joint), request.rate);
   TrackLines lines(scenario.frame, !scenario.data.sensors.empty(), scenario.data.planar, options.ahead);
   const auto each = [&](const TrackRecord& record) {

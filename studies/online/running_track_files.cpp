@@ -2,12 +2,13 @@
 
 #include <tandem/lie/error.hpp>
 #include <tandem/studies/online/running_track_files.hpp>
+#include <tandem/studies/online/watched_sensors.hpp>
 
 namespace tandem {
 
 RunningTrackFiles::RunningTrackFiles(Options options, const Scenario& scenario, const std::vector<double>& ahead)
     : options_(std::move(options)),
-      rows_(scenario.frame, ahead, watched_sensors(scenario)),
+      rows_(scenario.frame, ahead, names_of_watched_sensors(scenario)),
       warn_("failed writes", options_.warn) {
   std::optional<PartialTrack::ResumeOptions> resume;
   if (options_.snapshot) {

@@ -12,6 +12,7 @@
 #include <tandem/studies/online/replay_log.hpp>
 #include <tandem/studies/online/reset_notice.hpp>
 #include <tandem/studies/online/track.hpp>
+#include <tandem/studies/online/watched_sensors.hpp>
 #include <tandem/studies/support/input_file.hpp>
 #include <tandem/studies/support/resources.hpp>
 #include <tandem/studies/support/text.hpp>
@@ -69,7 +70,7 @@ class Tracker {
         estimator_(settings.data, result_.by_odometry ? std::nullopt : settings.navigation,
                    with_start(options.online, resume)),
         log_(log_options(options.online, result_.by_odometry), resume ? resume->snapshot.start : std::nullopt) {
-    result_.components = watched_components(settings);
+    for (const JudgedSensor& sensor : watched_sensors(settings)) result_.components.push_back(sensor.components);
     for (const double t : options.at) result_.at.push_back({.t = t, .note = kNotReached});
     pending_at_.resize(options.at.size());
     std::iota(pending_at_.begin(), pending_at_.end(), std::size_t(0));

@@ -56,11 +56,6 @@ struct Track {
   TrackRecords records;  ///< one per update, in order
 };
 
-/// Returns the names of the sensors in a track's health, in the order of TrackHealth::sensors.
-std::vector<std::string> watched_sensors(const Scenario& settings);
-/// Returns the names of the components of each of them.
-std::vector<std::vector<std::string>> watched_components(const Scenario& settings);
-
 /// State of an earlier process, from which track() continues.
 struct TrackResumePoint {
   TrackSnapshot snapshot;

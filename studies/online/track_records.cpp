@@ -2,9 +2,6 @@
 #include <limits>
 
 #include <tandem/lie/error.hpp>
-#include <tandem/studies/fit/judged_measurements.hpp>
-#include <tandem/studies/navigation/navigated_scenario.hpp>
-#include <tandem/studies/online/track.hpp>
 #include <tandem/studies/online/track_records.hpp>
 #include <tandem/studies/support/input_file.hpp>
 
@@ -226,24 +223,6 @@ void TrackRecords::each(const std::function<void(const TrackRecord&)>& f) const 
     }
     f(r);
   }
-}
-
-std::vector<std::string> watched_sensors(const Scenario& settings) {
-  std::vector<std::string> names;
-  if (!moves_by_odometry(settings))
-    for (const EgoSensor& sensor : settings.navigation->sensors) names.push_back(sensor.name);
-  for (const TargetSensor& sensor : settings.data.sensors) names.push_back(sensor.name);
-  return names;
-}
-
-std::vector<std::vector<std::string>> watched_components(const Scenario& settings) {
-  std::vector<std::vector<std::string>> names;
-  if (!moves_by_odometry(settings))
-    for (const EgoSensor& sensor : settings.navigation->sensors)
-      names.push_back(component_names(sensor, settings.frame.is_ned()));
-  for (const TargetSensor& sensor : settings.data.sensors)
-    names.push_back(component_names(sensor, settings.data.planar));
-  return names;
 }
 
 }  // namespace tandem

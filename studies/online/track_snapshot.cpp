@@ -11,6 +11,7 @@
 #include <tandem/lie/error.hpp>
 #include <tandem/studies/online/track.hpp>
 #include <tandem/studies/online/track_snapshot.hpp>
+#include <tandem/studies/online/watched_sensors.hpp>
 #include <tandem/studies/support/fnv1a.hpp>
 #include <tandem/studies/support/input_file.hpp>
 #include <tandem/studies/support/text.hpp>
@@ -376,7 +377,7 @@ std::optional<TrackSnapshot> read_snapshot(const std::filesystem::path& file, co
     throw Error(fmt::format("{} is a snapshot of {} with {}, not of {} with {}; use the scenario of the snapshot",
                             file.string(), quote(snapshot.scenario), listed(snapshot.streams), quote(settings.name),
                             listed(here)));
-  if (!suits(snapshot, streams.all(), watched_sensors(settings)))
+  if (!suits(snapshot, streams.all(), names_of_watched_sensors(settings)))
     throw Error(file.string() + ": the snapshot has invalid contents; move the file away to start a new track");
   return snapshot;
 }
