@@ -6,6 +6,7 @@
 #include <string>
 
 #include "paths.hpp"
+#include "run_tandem.hpp"
 #include "studies/scratch.hpp"
 
 namespace tandem {
@@ -33,6 +34,14 @@ inline std::string docking_lines(double until) {
   std::string text;
   for (const auto& [key, line] : lines) text += line + "\n";
   return text;
+}
+
+/// Runs `track --stdin` with these lines and the settings of docking_a.
+inline Outcome track_lines(const std::string& lines, std::vector<std::string> options) {
+  const ScratchFolder scratch;
+  scratch.write("scenario.yaml", read_file(docking() / "scenario.yaml"));
+  options.insert(options.begin(), {"track", scratch.path().string(), "--stdin"});
+  return run_tandem(options, scratch.write("lines", lines));
 }
 
 }  // namespace tandem
