@@ -35,15 +35,16 @@ Eigen::VectorXd active_rows(NlpEvaluator& nlp, double stiffness, bool inequaliti
 
 }  // namespace
 
-std::vector<FlatDirection> flat_directions(NlpEvaluator& nlp, bool inequalities, int most, const Stop& stop) {
+std::vector<FlatDirection> flat_directions(NlpEvaluator& nlp, bool inequalities, int most, const Stop& stop,
+                                           int* skipped) {
   BlockCholesky cholesky(nlp.hessian_pattern());
   Eigen::VectorXd gradient(nlp.num_unknowns());
   Eigen::VectorXd hessian(nlp.hessian_pattern().nonzeros());
-  return flat_directions(nlp, {cholesky, gradient, hessian}, inequalities, most, stop);
+  return flat_directions(nlp, {cholesky, gradient, hessian}, inequalities, most, stop, skipped);
 }
 
 std::vector<FlatDirection> flat_directions(NlpEvaluator& nlp, const Workspace& work, bool inequalities, int most,
-                                           const Stop& stop) {
+                                           const Stop& stop, int* skipped) {
   Eigen::VectorXd& hessian = work.hessian;
   Eigen::VectorXd weights;
   double size = 0.0;
@@ -68,6 +69,7 @@ std::vector<FlatDirection> flat_directions(NlpEvaluator& nlp, const Workspace& w
     std::vector<int> unknowns;
     std::vector<Eigen::VectorXd> basis =
         work.cholesky.null_space(hessian, BlockCholesky::kRelativePivot, most, &unknowns);
+    if (skipped) *skipped = int(unknowns.size() - basis.size());
     for (std::size_t i = 0; i < basis.size(); ++i) {
       const NlpEvaluator::Stiffness s = nlp.stiffness(basis[i], weights);
       flat.push_back({std::move(basis[i]), unknowns[i], s.along <= kMinStiffness * s.scale});
@@ -81,7 +83,8 @@ std::vector<FlatDirection> flat_directions(NlpEvaluator& nlp, const Workspace& w
   return flat;
 }
 
-std::vector<UnobservableState> unobservable_states(const NlpEvaluator& nlp, const std::vector<FlatDirection>& flat) {
+std::vector<UnobservableState> unobservable_states(const NlpEvaluator& nlp, const std::vector<FlatDirection>& flat,
+                                                   int skipped) {
   constexpr double kNamed = 0.3;  // participation of a direction that is named, relative to the largest one
   std::vector<UnobservableState> states;
   std::map<std::string, std::map<int, std::string>> directions;  // variable -> tangent entry -> name of the direction
@@ -97,6 +100,8 @@ std::vector<UnobservableState> unobservable_states(const NlpEvaluator& nlp, cons
   }
   for (UnobservableState& state : states)
     for (const auto& [entry, name] : directions[state.variable]) state.directions.push_back(name);
+  if (!states.empty() && skipped > 0)
+    states.push_back({"", {"up to " + std::to_string(skipped) + " further directions"}});
   return states;
 }
 

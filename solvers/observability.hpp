@@ -36,13 +36,17 @@ struct FlatDirection {
 /// - Gauges: JᵀJ has curvature, but the cost does not change. See GaugeSearch.
 ///
 /// Active hard constraints count as information; active inequalities only if `inequalities` is true. Empty if a
-/// residual is undefined. Throws Stopped if `stop` ends the search.
+/// residual is undefined. Throws Stopped if `stop` ends the search. `skipped` receives the number of further null
+/// directions that the pivots indicate.
 std::vector<FlatDirection> flat_directions(NlpEvaluator& nlp, const Workspace& work, bool inequalities, int most,
-                                           const Stop& stop = {});
-std::vector<FlatDirection> flat_directions(NlpEvaluator& nlp, bool inequalities, int most, const Stop& stop = {});
+                                           const Stop& stop = {}, int* skipped = nullptr);
+std::vector<FlatDirection> flat_directions(NlpEvaluator& nlp, bool inequalities, int most, const Stop& stop = {},
+                                           int* skipped = nullptr);
 
-/// Returns the variables that unobservable directions move, with the names of the directions.
-std::vector<UnobservableState> unobservable_states(const NlpEvaluator& nlp, const std::vector<FlatDirection>& flat);
+/// Returns the variables that unobservable directions move, with the names of the directions. An entry without a
+/// variable counts the skipped ones.
+std::vector<UnobservableState> unobservable_states(const NlpEvaluator& nlp, const std::vector<FlatDirection>& flat,
+                                                   int skipped = 0);
 /// Returns which unknowns have an infinite variance. An unknown counts if it takes part in an unobservable direction by
 /// more than rounding, in units of the conditional standard deviations 1/√`curvature` of the unknowns.
 std::vector<char> unobservable_unknowns(const std::vector<FlatDirection>& flat, const Eigen::VectorXd& curvature);

@@ -142,8 +142,10 @@ void Session::conclude(NlpEvaluator& nlp, double feasible, const Workspace* work
   }
   if (summary.status == Status::converged && options_.observability) {
     constexpr int kMostDirections = 6;
-    summary.unobservable = unobservable_states(
-        nlp, work ? flat_directions(nlp, *work, true, kMostDirections) : flat_directions(nlp, true, kMostDirections));
+    int skipped = 0;
+    const std::vector<FlatDirection> flat = work ? flat_directions(nlp, *work, true, kMostDirections, {}, &skipped)
+                                                 : flat_directions(nlp, true, kMostDirections, {}, &skipped);
+    summary.unobservable = unobservable_states(nlp, flat, skipped);
   }
   summary.seconds = seconds();
 }

@@ -1,5 +1,3 @@
-#include <algorithm>
-
 #include <tandem/solvers/summary.hpp>
 
 namespace tandem {
@@ -23,15 +21,20 @@ std::string_view sentence(Status status) {
 
 std::string state_names(const std::vector<UnobservableState>& states) {
   constexpr std::size_t kNamed = 3;
-  std::string text;
-  for (std::size_t k = 0; k < std::min(states.size(), kNamed); ++k) {
-    text += (k ? "; " : "") + states[k].variable + " in ";
-    for (std::size_t i = 0; i < states[k].directions.size(); ++i) text += (i ? ", " : "") + states[k].directions[i];
+  std::string text, further;
+  std::size_t variables = 0;
+  for (const UnobservableState& state : states) {
+    if (state.variable.empty()) {
+      further = "; and " + state.directions[0];
+    } else if (++variables <= kNamed) {
+      text += (variables > 1 ? "; " : "") + state.variable + " in ";
+      for (std::size_t i = 0; i < state.directions.size(); ++i) text += (i ? ", " : "") + state.directions[i];
+    }
   }
-  if (states.size() > kNamed)
-    text += "; and " + std::to_string(states.size() - kNamed) +
-            (states.size() == kNamed + 1 ? " more variable" : " more variables");
-  return text;
+  if (variables > kNamed)
+    text += "; and " + std::to_string(variables - kNamed) +
+            (variables == kNamed + 1 ? " more variable" : " more variables");
+  return text + further;
 }
 
 std::string describe(const std::vector<UnobservableState>& states) {

@@ -29,7 +29,7 @@ std::string_view sentence(Status status);
 
 /// A variable that the problem does not observe completely, with its unobservable directions.
 struct UnobservableState {
-  std::string variable;                 ///< name, for example "target 4"
+  std::string variable;                 ///< name, for example "target 4"; empty for a count of further directions
   std::vector<std::string> directions;  ///< tangent entries, for example "x" or "rotation about z"
 };
 /// Returns for example "target 4 in x, y; target 5 in x". Names the first three variables and the number of the others.

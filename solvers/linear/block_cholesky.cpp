@@ -325,8 +325,8 @@ std::vector<Eigen::VectorXd> BlockCholesky::null_space(Eigen::VectorXd& values, 
     v[unknown] = 1;
     backward(v);
     basis.push_back(v.normalized());
-    if (unknowns) unknowns->push_back(unknown);
   }
+  if (unknowns) *unknowns = std::move(weak);
   return basis;
 }
 

@@ -66,7 +66,7 @@ class BlockCholesky {
   double nonzeros() const { return nonzeros_; }
 
   /// Returns a basis of the directions v with H v ≈ 0, at most `most` of them. They belong to pivots below `relative`
-  /// times their original diagonal entry; `unknowns` receives the unknowns of these pivots if it is not null.
+  /// times their original diagonal entry; `unknowns` receives the unknowns of all such pivots if it is not null.
   /// Overwrites the factor, and the values if the pattern is in elimination order. In the new factor, the unknowns of
   /// all weak pivots are pinned: their pivots are 1 and their columns otherwise empty.
   std::vector<Eigen::VectorXd> null_space(Eigen::VectorXd& values, double relative, int most,

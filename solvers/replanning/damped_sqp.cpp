@@ -71,6 +71,7 @@ class DampedSqp::Loop {
 
  private:
   double seconds() const { return std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count(); }
+  bool stopped() const { return options_.stop && options_.stop->load(std::memory_order_relaxed); }
   bool feasible() const { return model_.violation().size <= options_.feasible; }
   detail::Filter::Point here() const { return {model_.progress().cost, model_.progress().violation}; }
 
@@ -200,7 +201,7 @@ bool DampedSqp::Loop::restore() {
   filter_.add(from);
   model_.drop_multipliers();
   for (double damping = kMaxDamping;
-       summary_.iterations < options_.max_iterations && seconds() < options_.time_limit;) {
+       summary_.iterations < options_.max_iterations && seconds() < options_.time_limit && !stopped();) {
     ++summary_.iterations;
     if (!restoring_step(damping)) return false;
     const detail::Filter::Point to = here();
@@ -226,8 +227,12 @@ Summary DampedSqp::Loop::run() {
   }
   double damping = curvature_iteration_ ? kMinCurvedDamping : kMinDamping;
   bool rejected = false;
+  double moved = 0;  // norm of the last step
   while (summary_.iterations < options_.max_iterations) {
-    const int k = summary_.iterations++;
+    const int k = summary_.iterations;
+    if (options_.progress) options_.progress({k, summary_.cost, moved, model_.violation().size, seconds()});
+    if (stopped()) return end_at_best(Status::interrupted, sentence(Status::interrupted).data());
+    ++summary_.iterations;
     if (seconds() > options_.time_limit) return end_at_best(Status::time_limit, "the time limit was reached");
     const bool first_steps = !rejected && !options_.from_multipliers && std::size_t(k) < kFirstDampings.size();
     double damped = first_steps ? kFirstDampings[std::size_t(k)] : damping;
@@ -236,6 +241,7 @@ Summary DampedSqp::Loop::run() {
     const double predicted = model_.predicted(), before = model_.violation().size, cost = summary_.cost;
     const double fraction = search(damped);
     rejected = rejected || fraction < 1.0;
+    moved = fraction * step_.norm();
     if (fraction == 0.0) {
       if (damping < kMaxDamping) {
         damping *= kIndefiniteFactor;

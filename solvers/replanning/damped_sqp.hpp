@@ -1,5 +1,7 @@
 #pragma once
 
+#include <atomic>
+#include <functional>
 #include <memory>
 
 #include <tandem/problem/problem.hpp>
@@ -34,6 +36,9 @@ class DampedSqp {
     /// Starts from the multipliers of the hard blocks (Problem::multipliers), where each solve stores its own. The
     /// curvature of the constraints is then used from the first step on.
     bool from_multipliers = false;
+    const std::atomic<bool>* stop = nullptr;  ///< ends the solve at the best iterate once true; any thread may set it
+    /// Called once per iteration, while the variables have the values of the iterate; see SolverOptions::progress.
+    std::function<void(const Progress&)> progress;
   };
 
   /// The problem must outlive this object, and must keep its variables and blocks.
@@ -43,7 +48,7 @@ class DampedSqp {
   /// Solves the problem from the values of its variables, which get the result. The status is
   ///
   /// - `converged`: a solution.
-  /// - `max_iterations` or `time_limit`: the best iterate, feasible if max_violation ≤ `feasible`.
+  /// - `max_iterations`, `time_limit` or `interrupted`: the best iterate, feasible if max_violation ≤ `feasible`.
   /// - `infeasible`: no small step reduces the violation.
   /// - `failed`: the last iterate, after a numerical failure.
   Summary solve(const Options& options);

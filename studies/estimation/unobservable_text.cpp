@@ -10,7 +10,8 @@ std::string unobservable_text(const Estimate& estimate) {
   const std::vector<UnobservableState>& states = estimate.summary.unobservable;
   if (states.empty()) return "";
   const bool rotations = std::all_of(states.begin(), states.end(), [](const UnobservableState& state) {
-    return std::all_of(state.directions.begin(), state.directions.end(),
+    return state.variable.empty() ||
+           std::all_of(state.directions.begin(), state.directions.end(),
                        [](const std::string& direction) { return direction.starts_with("rotation"); });
   });
   std::string remedy = "a motion model (--model), a constraint (--non-holonomic soft) or another sensor observes them";
