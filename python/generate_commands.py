@@ -12,23 +12,71 @@ import textwrap
 # Options that the package sets itself.
 HIDDEN = {"json", "quiet", "print-config", "json-lines", "stdin", "realtime"}
 
-# Name and result of the functions, and the description of their first argument if it may be a Scenario.
+# Name, result and example of the functions.
 FUNCTIONS = {
-    "estimate": ("estimate", "Estimate"),
-    "navigate": ("navigate", "Navigation"),
-    "calibrate": ("calibrate", "Results"),
-    "models": ("models", "Results"),
-    "tune": ("tune", "Results"),
-    "compare": ("compare", "Results"),
-    "plan": ("plan", "Plan"),
-    "rendezvous": ("rendezvous", "Results"),
-    "simulate": ("simulate", "Scenario"),
-    "solve": ("solve_file", "Results"),
-    "import": ("import_log", "Scenario"),
-    "info": ("info", "Results"),
-    "export": ("export", "Results"),
-    "study": ("study", "Results"),
-    "track": ("track", "Estimate"),
+    "estimate": ("estimate", "Estimate", """
+        >>> result = tandem.estimate("docking_a", max_keyframes=60, non_holonomic="hard", noise={"usbl": (2, 2, 3)})
+        >>> result.converged, result.target.positions.shape[1]
+        (True, 3)"""),
+    "navigate": ("navigate", "Navigation", """
+        >>> dive = tandem.simulate("dive", minutes=1, seed=1)
+        >>> result = tandem.navigate(dive, without="heading")
+        >>> result.converged, result.chaser.positions.shape[1]
+        (True, 3)"""),
+    "calibrate": ("calibrate", "Results", """
+        >>> result = tandem.calibrate("docking_a", max_keyframes=60, mode="B", free="usbl")
+        >>> len(result.noise["usbl"])
+        3"""),
+    "models": ("models", "Results", """
+        >>> result = tandem.models("docking_a", max_keyframes=40, models="constant-twist,damped-twist")
+        >>> len(result.table("models")["model"])
+        2"""),
+    "tune": ("tune", "Results", """
+        >>> tandem.tune("docking_a", dry_run=True, only="noise").converged
+        True"""),
+    "compare": ("compare", "Results", """
+        >>> result = tandem.compare("docking_a", max_keyframes=40, solvers="gauss-newton")
+        >>> print(*set(result.table("compare")["solver"]))
+        gauss-newton"""),
+    "plan": ("plan", "Plan", """
+        >>> plan = tandem.plan("docking_a", at=600, horizon=10, step=0.5)
+        >>> plan.chaser.positions.shape
+        (21, 3)"""),
+    "rendezvous": ("rendezvous", "Results", """
+        >>> result = tandem.rendezvous(duration=10, seeds=1)
+        >>> "rendezvous.csv" in result.files
+        True"""),
+    "simulate": ("simulate", "Scenario", """
+        >>> tandem.simulate("docking", minutes=5, seed=3).name
+        'docking_3'"""),
+    "solve": ("solve_file", "Results", """
+        >>> p = tandem.Problem()
+        >>> block = p.minimize(tandem.Prior(tandem.R1([1.0])), 1.0, p.add(tandem.R1([0.0]), "x"))
+        >>> with tempfile.TemporaryDirectory() as folder:
+        ...     p.write(os.path.join(folder, "problem.json"))
+        ...     round(tandem.solve_file(os.path.join(folder, "problem.json")).summary.cost, 6)
+        0.0"""),
+    "import": ("import_log", "Scenario", """
+        >>> with tempfile.TemporaryDirectory() as folder:
+        ...     table = os.path.join(folder, "usbl.csv")
+        ...     with open(table, "w") as file:
+        ...         _ = file.write("time,x,y,z\\n0,1,2,3\\n1,2,3,4\\n")
+        ...     tandem.import_log(table, list=True).summary.format
+        'table'"""),
+    "info": ("info", "Results", """
+        >>> tandem.info("docking_a").summary.name
+        'docking_a'"""),
+    "export": ("export", "Results", """
+        >>> with tempfile.TemporaryDirectory() as folder:
+        ...     result = tandem.estimate("docking_a", max_keyframes=20, out=os.path.join(folder, "run"))
+        ...     tandem.export(result, format="kml", origin="54,10", out=os.path.join(folder, "map")).files
+        ['chaser.kml', 'chaser_truth.kml', 'run.yaml', 'target.kml', 'target_truth.kml']"""),
+    "study": ("study", "Results", """
+        >>> tandem.study("list").converged
+        True"""),
+    "track": ("track", "Estimate", """
+        >>> tandem.track("docking_a", until=60, window=20).converged
+        True"""),
 }
 
 
@@ -44,7 +92,7 @@ def annotation(option):
 
 
 def function(description):
-    name, result = FUNCTIONS[description["command"]]
+    name, result, example = FUNCTIONS[description["command"]]
     positional = [o for o in description["options"] if o["positional"]]
     options = [o for o in description["options"] if not o["positional"] and o["name"] not in HIDDEN]
     parameters = []
@@ -74,6 +122,8 @@ def function(description):
         text = f"{python_name(option['name'])}{takes}: {option['help']}."
         doc += textwrap.wrap(text, 108, initial_indent="    ", subsequent_indent="        ")
     doc += ["Progress:", "    progress: Show a progress bar, by tqdm if it is installed."]
+    imports = ">>> import tandem" + (", os, tempfile" if "tempfile" in example else "")
+    doc += ["", imports, *textwrap.dedent(example).strip().splitlines()]
     body = "\n".join("    " + line if line else "" for line in doc).replace("\\", "\\\\")
     lines += [f'    """{body.strip()}', '    """']
     words = ", ".join(("*" if not o["required"] else "") + python_name(o["name"]) for o in positional)

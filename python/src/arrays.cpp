@@ -16,7 +16,8 @@ std::string tuple_text(const std::vector<py::ssize_t>& shape, bool many) {
 
 /// Returns the numbers of a value. The message names the shapes wanted if `element`, the shape of one element, is given.
 Numbers real_numbers(py::handle value, const std::string& what, const std::vector<py::ssize_t>* element) {
-  if (py::isinstance<Numbers>(value)) return py::reinterpret_borrow<Numbers>(value);
+  const bool plain = Py_TYPE(value.ptr()) == py::detail::npy_api::get().PyArray_Type_;
+  if (plain && py::isinstance<Numbers>(value)) return py::reinterpret_borrow<Numbers>(value);
   const auto refuse = [&](const std::string& given) {
     throw py::value_error(what + ": expected real numbers" + (element ? " of shape " + wanted_shapes(*element) : "") +
                           ", not " + given);
@@ -28,6 +29,8 @@ Numbers real_numbers(py::handle value, const std::string& what, const std::vecto
     PyErr_Clear();
     refuse(type());
   }
+  if (!plain && py::hasattr(value, "mask") && py::module_::import("numpy").attr("ma").attr("is_masked")(value).cast<bool>())
+    refuse("an array with masked entries");
   const char kind = any.dtype().kind();
   if (kind != 'f' && kind != 'i' && kind != 'u' && kind != 'b')
     refuse(any.ndim() == 0 ? type() : "entries of type " + std::string(py::str(any.dtype())));

@@ -15,6 +15,9 @@
 namespace tandem::python {
 namespace {
 
+/// Returns whether each block has a row of data.
+bool has_rows(const Callable& callable) { return py::len(callable.data) > 0 || callable.numbers_each > 0; }
+
 /// Adds one block, or one for each element of the arrays. add(i, x, type, object) adds block i.
 template <class Add>
 PyBlocks add_blocks(PyProblem& self, py::handle residual, const BlockVariables& x, bool hard, Add add) {
@@ -40,15 +43,15 @@ PyBlocks add_blocks(PyProblem& self, py::handle residual, const BlockVariables& 
     throw py::type_error("expected a residual such as Prior(z), or one made by tandem.residual, not " +
                          std::string(py::str(py::type::of(residual).attr("__name__"))));
   const auto callable = residual.cast<std::shared_ptr<Callable>>();
-  const bool has_rows = py::len(callable->data) > 0 || callable->numbers_each > 0;
-  const std::size_t count = common_size(x.count, x.single, callable->count, !has_rows, callable->name);
+  const bool rows = has_rows(*callable);
+  const std::size_t count = common_size(x.count, x.single, callable->count, !rows, callable->name);
   const PythonResidualType type = python_residual_type(*callable, x.groups, hard);
-  PyBlocks blocks{{}, x.single && !has_rows};
+  PyBlocks blocks{{}, x.single && !rows};
   auto prepared = add(callable->dim, count, callable->name);
   for (std::size_t i = 0; i < count; ++i) {
-    const PythonResidual object(callable, has_rows ? i : 0, &type.groups);
+    const PythonResidual object(callable, rows ? i : 0, &type.groups);
     blocks.blocks.push_back(prepared(i, type.type, &object, variables(i)));
-    self.remember({blocks.blocks.back(), callable, has_rows ? i : 0, hard, handles});
+    self.remember({blocks.blocks.back(), callable, rows ? i : 0, hard, handles});
   }
   return blocks;
 }
@@ -97,14 +100,43 @@ void set_bounds(PyProblem& self, const PyBlocks& blocks, py::handle bounds) {
   self.outdate_multipliers("a bound");
 }
 
+/// Replaces residuals in Python or compiled ones by others of the same name, rows and states.
+void set_own_residual(PyProblem& self, const PyBlocks& blocks, const std::shared_ptr<Callable>& callable) {
+  Problem& problem = self.change();
+  const detail::ResidualType* const present = detail::ProblemData::type_of(problem, blocks.blocks[0]);
+  const bool own = present && present->made_at_run_time;
+  std::vector<const Group*> groups;
+  if (own)
+    for (const detail::GroupType* state : static_cast<const detail::RunTimeResidualType*>(present)->states)
+      groups.push_back(find_group(state->type));
+  for (const Block& block : blocks.blocks)
+    if (!own || detail::ProblemData::type_of(problem, block) !=
+                    &python_residual_type(*callable, groups, present->hard).type)
+      throw BadInputError("set_residual: the block is " + problem.describe(block) + ", not a residual " +
+                          callable->name + " with " + std::to_string(callable->dim) +
+                          " rows; use the same `name`, `dim` and kind of function, or remove the block and add another");
+  const bool rows = has_rows(*callable);
+  if (rows && callable->count != blocks.blocks.size())
+    throw py::value_error("set_residual: there are " + std::to_string(callable->count) + " rows of data for " +
+                          std::to_string(blocks.blocks.size()) + " blocks");
+  const PythonResidualType type = python_residual_type(*callable, groups, present->hard);
+  for (std::size_t i = 0; i < blocks.blocks.size(); ++i) {
+    const PythonResidual object(callable, rows ? i : 0, &type.groups);
+    detail::ProblemData::set_residual(problem, blocks.blocks[i], type.type.functions, &object);
+  }
+  self.replace(blocks.blocks, callable, rows);
+  self.outdate_multipliers("a residual");
+}
+
 void set_residual(PyProblem& self, const PyBlocks& blocks, py::handle residual) {
   Problem& problem = self.change();
-  if (!py::isinstance<FamilyResidual>(residual))
-    throw py::type_error("set_residual: expected a residual of the library such as Prior(z), not " +
-                         std::string(py::str(py::type::of(residual).attr("__name__"))) +
-                         "; to replace a residual of your own, remove its block and add another");
+  if (!py::isinstance<FamilyResidual>(residual) && !py::isinstance<Callable>(residual))
+    throw py::type_error("set_residual: expected a residual such as Prior(z), or one made by tandem.residual, not " +
+                         std::string(py::str(py::type::of(residual).attr("__name__"))));
   for (const Block& block : blocks.blocks) problem.describe(block);  // throws, before anything has changed
   if (blocks.blocks.empty()) return;
+  if (py::isinstance<Callable>(residual))
+    return set_own_residual(self, blocks, residual.cast<std::shared_ptr<Callable>>());
   const auto& given = residual.cast<const FamilyResidual&>();
   const detail::ResidualType* const present = detail::ProblemData::type_of(problem, blocks.blocks[0]);
   const Family& family = *given.family;
@@ -169,6 +201,7 @@ void bind_class(py::module_& m) {
     return "<" + std::to_string(n) + (n == 1 ? " block: " : " blocks: ") +
            (n ? std::string(blocks.blocks[0].residual) : std::string("none")) + ">";
   });
+  refuse_pickle(b, "Problem.blocks lists them again");
 }
 
 }  // namespace
@@ -256,8 +289,8 @@ void bind_blocks(py::module_& m, py::class_<PyProblem, std::shared_ptr<PyProblem
         "set_bounds(blocks, bounds)\n\nReplace the bounds of constraints; `bounds` are as in subject_to().");
   c.def("set_residual", &set_residual, py::arg("blocks"), py::arg("residual"),
         "set_residual(blocks, residual)\n\nReplace the measurements and parameters of costs or constraints. `residual` "
-        "is of the same type, one for all blocks or an array. "
-        "\n\n"
+        "is of the same type, one for all blocks or an array. A residual of your own has the same name, number of rows "
+        "and kind of function (Python or compiled).\n\n"
         ">>> import tandem\n>>> p = tandem.Problem()\n>>> x = p.add(tandem.R1([0.0]))\n"
         ">>> block = p.minimize(tandem.Prior(tandem.R1([2.0])), 1.0, x)\n"
         ">>> p.set_residual(block, tandem.Prior(tandem.R1([3.0])))\n>>> p.cost()\n4.5\n");

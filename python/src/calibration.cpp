@@ -172,6 +172,17 @@ void bind_calibration(py::module_& m) {
   n.def_readonly("rows", &CalibratedNoise::rows, "Number of residual rows.");
   n.def_readonly("effective_rows", &CalibratedNoise::effective_rows,
                  "Degrees of freedom that are left after the states are estimated.");
+  n.def(py::pickle(
+      [](const CalibratedNoise& c) {
+        return py::make_tuple(c.name, c.factor, c.log_error, c.identifiable, c.bounded, c.at_limit, c.flat_from,
+                              c.flat_to, c.gain, c.profile, c.rows, c.effective_rows);
+      },
+      [](const py::tuple& t) {
+        return CalibratedNoise{t[0].cast<std::string>(), t[1].cast<double>(), t[2].cast<double>(), t[3].cast<bool>(),
+                               t[4].cast<bool>(),        t[5].cast<bool>(),   t[6].cast<double>(), t[7].cast<double>(),
+                               t[8].cast<double>(),      t[9].cast<std::vector<std::pair<double, double>>>(),
+                               t[10].cast<double>(),     t[11].cast<double>()};
+      }));
   n.def("__repr__", [](const CalibratedNoise& c) {
     const char* const verdict = c.identifiable ? "" : c.bounded ? ", bounded" : ", not identifiable";
     return "<" + c.name + ": factor " + std::string(py::str(py::float_(c.factor))) + verdict + ">";
@@ -191,7 +202,7 @@ void bind_calibration(py::module_& m) {
       "    measured: list of the blocks that are measurements, if the others are priors that need not be normalised.\n"
       "    progress: function of a dictionary with iteration, factors and gain.\n"
       "    options: max_iterations, tolerance, max_factor, ranges, profile_points, absolute_evidence.\n\n"
-      ">>> import tandem\n"
+      ">>> import tandem, numpy as np\n"
       ">>> p = tandem.Problem()\n"
       ">>> x = p.add(tandem.R1([0.0]), 'x')\n"
       ">>> z = np.random.default_rng(1).normal(scale=0.5, size=(200, 1))\n"
@@ -235,6 +246,23 @@ void bind_calibration(py::module_& m) {
   c.def_readonly("log_evidence", &Calibration::log_evidence, "Log evidence of the calibrated noise.");
   c.def_readonly("iterations", &Calibration::iterations, "Number of steps of the factors.");
   c.def_readonly("solves", &Calibration::solves, "Number of solves of a problem.");
+  c.def(py::pickle(
+      [](const Calibration& x) {
+        return py::make_tuple(int(x.status), x.message, x.noise, x.log_covariance, x.gain, x.log_evidence,
+                              x.counted_rows, x.iterations, x.solves);
+      },
+      [](const py::tuple& t) {
+        return Calibration{Status(t[0].cast<int>()),
+                           t[1].cast<std::string>(),
+                           t[2].cast<std::vector<CalibratedNoise>>(),
+                           t[3].cast<Eigen::MatrixXd>(),
+                           t[4].cast<double>(),
+                           t[5].cast<double>(),
+                           {},
+                           t[6].cast<Eigen::VectorXd>(),
+                           t[7].cast<int>(),
+                           t[8].cast<int>()};
+      }));
   c.def("__repr__", [](const Calibration& x) {
     std::string text = "<Calibration: " + std::string(name(x.status));
     for (const CalibratedNoise& noise : x.noise)

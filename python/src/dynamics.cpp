@@ -71,7 +71,7 @@ void bind_dynamics(py::module_& m) {
       "[m/s^2] and angular rate [rad/s] along the sensor's axes. Noises are root spectral densities; `mount` is the "
       "pose of the sensor in the body; `bias` is subtracted. With `at_start`, samples are taken at the start of their "
       "interval; otherwise they are means over it.\n\n"
-      ">>> import tandem\n"
+      ">>> import tandem, numpy as np\n"
       ">>> samples = np.array([[0.1 * k, 0, 0, 9.80665, 0, 0, 0] for k in range(11)])\n"
       ">>> imu, S = tandem.preintegrate_imu(samples, accelerometer=1e-3, gyroscope=1e-4,\n"
       "...                                  accelerometer_bias_walk=1e-4, gyroscope_bias_walk=1e-5)\n"

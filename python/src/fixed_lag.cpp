@@ -2,6 +2,7 @@
 
 #include "bind_covariances.hpp"
 #include "options.hpp"
+#include "summary.hpp"
 #include "watched_solve.hpp"
 
 namespace tandem::python {
@@ -65,7 +66,8 @@ void bind_fixed_lag(py::module_& m) {
       [](PyFixedLag& self) {
         PyProblem::Solve solving(*self.problem);
         self.problem->set_solved(false, "it raised an exception");  // unless it ends
-        const Summary summary = self.watched->run([&] { return self.lag->update(); });
+        const PySummary summary =
+            self.watched->run([&] { return summary_of(self.lag->update(), self.lag->problem()); });
         self.problem->set_solved(summary.converged(), summary.message);
         return summary;
       },

@@ -137,7 +137,7 @@ void bind_gaussian(py::module_& m) {
       m, "Gaussian",
       "Zero-mean Gaussian noise of a block, or an array with the noise of each of n blocks.\n\n"
       "Gaussian(sigmas) has independent rows with these standard deviations, shape (dim,) or (n, dim).\n\n"
-      ">>> import tandem\n>>> tandem.Gaussian([0.1, 0.2]).sigmas\narray([0.1, 0.2])\n"
+      ">>> import tandem, numpy as np\n>>> tandem.Gaussian([0.1, 0.2]).sigmas\narray([0.1, 0.2])\n"
       ">>> len(tandem.Gaussian.information(np.stack([np.eye(6)] * 20)))\n20\n");
   gaussian.def(py::init([](py::handle sigmas) {
                  const Numbers x = numbers(sigmas, "Gaussian");
@@ -310,8 +310,14 @@ void bind_noise(py::module_& m) {
   m.def("Cauchy", &Cauchy, py::arg("scale"), "Cauchy(scale)\n\nLogarithmic loss.");
   m.def("GemanMcClure", &GemanMcClure, py::arg("scale"), "GemanMcClure(scale)\n\nLoss bounded by scale**2.");
   m.def("Tukey", &Tukey, py::arg("scale"), "Tukey(scale)\n\nLoss without influence beyond `scale`.");
-  m.def("StudentT", &StudentT, py::arg("dof"), py::arg("rows"),
-        "StudentT(dof, rows)\n\nNegative log-density of Student's t distribution over `rows` rows.");
+  m.def(
+      "StudentT",
+      [](double dof, int rows) {
+        if (rows < 1) throw BadInputError("StudentT: rows is the number of rows, at least 1, not " + std::to_string(rows));
+        return StudentT(dof, rows);
+      },
+      py::arg("dof"), py::arg("rows"),
+      "StudentT(dof, rows)\n\nNegative log-density of Student's t distribution over `rows` rows.");
 
   py::class_<PyBounds> bounds(
       m, "Bounds",

@@ -9,6 +9,7 @@
 #include "options.hpp"
 #include "problem_object.hpp"
 #include "python_error.hpp"
+#include "summary.hpp"
 
 namespace tandem::python {
 namespace {
@@ -85,7 +86,7 @@ class PyOnlineEstimator {
     py::list list;
     for (const OnlineUpdate& u : exclusive_.run([&] { return std::exchange(updates_, {}); }))
       list.append(py::dict(py::arg("t") = u.t, py::arg("new_keyframe") = u.new_keyframe, py::arg("seconds") = u.seconds,
-                           py::arg("summary") = u.summary));
+                           py::arg("summary") = PySummary(u.summary)));
     return list;
   }
   std::vector<std::pair<std::string, std::string>> take_rejected() {
@@ -228,7 +229,7 @@ void bind_online(py::module_& m) {
   c.def("reset", [](E& x) { x.change([](OnlineEstimator& e) { e.reset(); }); });
   c.def("solve_to_convergence", [](E& x) {
     x.read([](OnlineEstimator&) {});
-    return x.change([](OnlineEstimator& e) { return e.solve_to_convergence(); });
+    return x.change([](OnlineEstimator& e) { return PySummary(e.solve_to_convergence()); });
   });
   c.def("updates", &E::take_updates);
   c.def("rejected", &E::take_rejected);

@@ -32,7 +32,7 @@ TargetPrediction prediction_of(const Elements<SE3>& poses, py::handle twists, py
   if (!covariances.is_none()) {
     const Batch S = batch(covariances, {6, 6}, what + ": covariances");
     for (std::size_t i = 0; i < S.count; ++i)
-      p.covariance.emplace_back(Eigen::Map<const Matrix<6, 6>>(S.data() + 36 * i));
+      p.covariance.emplace_back(ConstRowMajor<6, 6>(S.data() + 36 * i));
   }
   if (poses.single || p.twist.size() != p.pose.size() ||
       (!p.covariance.empty() && p.covariance.size() != p.pose.size()))
@@ -78,6 +78,13 @@ void bind_vehicle(py::module_& m) {
   s.def_property_readonly(
       "actuators", [](const PyVehicleState& x) { return x.actuators; },
       "Actuator states in the order of Vehicle.actuators, shape (n,).");
+  s.def(py::pickle(
+      [](const PyVehicleState& x) {
+        return py::make_tuple(Elements<SE3>{{x.pose}, true}, x.twist, x.actuators);
+      },
+      [](const py::tuple& t) {
+        return PyVehicleState{pose_of(t[0], "VehicleState"), t[1].cast<Vector<6>>(), t[2].cast<Eigen::VectorXd>()};
+      }));
   s.def("__repr__", [](const PyVehicleState& x) {
     return "<VehicleState at " + repr(Elements<SE3>{{x.pose}, true}, "SE3") + ">";
   });
@@ -166,6 +173,11 @@ void bind_prediction(py::module_& m) {
       },
       "Covariances of the poses by right perturbations, shape (n, 6, 6) [m, rad].");
   t.def("__len__", [](const TargetPrediction& x) { return x.pose.size(); });
+  t.def("__reduce__", [](const py::object& x) {
+    py::object covariances = x.attr("covariances");
+    if (py::len(covariances) == 0) covariances = py::none();
+    return py::make_tuple(py::type::of(x), py::make_tuple(x.attr("poses"), x.attr("twists"), covariances));
+  });
   t.def("__repr__", [](const TargetPrediction& x) {
     return "<TargetPrediction at " + std::to_string(x.pose.size()) + " instants>";
   });
@@ -176,7 +188,7 @@ void bind_prediction(py::module_& m) {
       "Return the prediction of a target over `steps` steps of `step` [s], from two poses dt [s] apart. The twist "
       "continues up to `noise`, shape (6,), in m and rad per root second. `covariance` is that of both poses, shape "
       "(12, 12). With `time_constants`, shape (6,) [s], the twist decays (damped twist).\n\n"
-      ">>> import tandem\n"
+      ">>> import tandem, numpy as np\n"
       ">>> before, now = tandem.SE3(), tandem.SE3.exp([1, 0, 0, 0, 0, 0])\n"
       ">>> tandem.predict_target(before, now, 1.0, noise=np.full(6, 0.01), step=2.0, steps=3).poses.translation[:, 0]\n"
       "array([1., 3., 5., 7.])\n");
@@ -191,6 +203,12 @@ void bind_prediction(py::module_& m) {
            }),
            py::arg("half_angle"), py::arg("apex") = py::none(), py::arg("point") = py::none())
       .def_readonly("half_angle", &Cone::half_angle, "Half angle [rad].")
+      .def("__reduce__",
+           [](const py::object& x) {
+             const auto& cone = x.cast<const Cone&>();
+             return py::make_tuple(py::type::of(x), py::make_tuple(cone.half_angle, Elements<SE3>{{cone.apex}, true},
+                                                                   Vector<3>(cone.point)));
+           })
       .def("__repr__", [](const Cone& x) { return "<Cone of half angle " + std::to_string(x.half_angle) + " rad>"; });
 }
 

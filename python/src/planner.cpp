@@ -8,6 +8,7 @@
 #include "options.hpp"
 #include "plan_inputs.hpp"
 #include "problem_object.hpp"
+#include "summary.hpp"
 #include "watched_solve.hpp"
 
 namespace tandem::python {
@@ -22,7 +23,7 @@ struct PyPlan {
   bool accepted;
   std::string origin, worst_constraint;
   double max_violation;
-  Summary summary;
+  PySummary summary;
 };
 
 PlanOptions plan_options(Options& read, const Vehicle& vehicle) {
@@ -141,7 +142,7 @@ class PyPlanner {
                 std::string(name(result.origin)),
                 result.worst_constraint,
                 result.max_violation,
-                result.summary};
+                PySummary(result.summary)};
     for (Eigen::Index i = 0; i < n; ++i) {
       const VehicleState<N>& state = states[std::size_t(i)];
       plan.poses.x.push_back(state.pose);
@@ -178,6 +179,16 @@ void bind_planner(py::module_& m) {
   r.def_readonly("max_violation", &PyPlan::max_violation, "Largest violation of the hard constraints.");
   r.def_readonly("worst_constraint", &PyPlan::worst_constraint, "The most violated constraint, or an empty text.");
   r.def_readonly("summary", &PyPlan::summary, "SolveSummary of the last solve.");
+  r.def(py::pickle(
+      [](const PyPlan& x) {
+        return py::make_tuple(x.poses, x.twists, x.actuators, x.commands, x.accepted, x.origin, x.worst_constraint,
+                              x.max_violation, x.summary);
+      },
+      [](const py::tuple& t) {
+        return PyPlan{t[0].cast<Elements<SE3>>(), t[1].cast<Rows>(),        t[2].cast<Rows>(),
+                      t[3].cast<Rows>(),          t[4].cast<bool>(),        t[5].cast<std::string>(),
+                      t[6].cast<std::string>(),   t[7].cast<double>(),      t[8].cast<PySummary>()};
+      }));
   r.def("__repr__", [](const PyPlan& x) {
     return "<PlanResult: " + x.origin + ", " + std::to_string(x.commands.rows()) + " steps" +
            (x.accepted ? ">" : ", not accepted: " + x.worst_constraint + ">");
@@ -195,7 +206,7 @@ void bind_planner(py::module_& m) {
       "sight_range, sight_half_angle, fix; hard constraints: twist (bounds), lowest, highest, max_roll_pitch, "
       "keep_out, approach and view (Cone), chance; solver (ipopt, augmented-lagrangian, nlopt:slsqp), refine, "
       "deadline, max_iterations, max_warm_iterations, max_warm_refinements.\n\n"
-      ">>> import tandem\n"
+      ">>> import tandem, numpy as np\n"
       ">>> remus = tandem.Vehicle('remus_100')\n"
       ">>> planner = tandem.Planner(remus, steps=10, dt=1.0, goal=tandem.SE3.exp([-6, 0, 0, 0, 0, 0]))\n"
       ">>> before, now = tandem.SE3.exp([[29, 0, 0, 0, 0, 0], [30, 0, 0, 0, 0, 0]])\n"

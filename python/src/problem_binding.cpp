@@ -80,8 +80,12 @@ void remove(Problem& problem, py::handle what) {
     if (problem.has(x.handle)) problem.remove(x.handle);
 }
 
-py::object variable_named(const PyProblem& self, const std::string& name) {
+py::object variable_named(const PyProblem& self, py::handle given) {
   const Problem& problem = self.read();
+  if (!py::isinstance<py::str>(given))
+    throw py::type_error("Problem[name]: expected the name of a variable, not " +
+                         std::string(py::str(py::type::of(given).attr("__name__"))));
+  const auto name = given.cast<std::string>();
   std::vector<PyVariable> found;
   for (const Group* group : python::groups())
     for (const VariableHandle& x : variable_functions(*group).all(problem))

@@ -1,6 +1,7 @@
 #include "problem_object.hpp"
 
 #include <map>
+#include <tuple>
 
 #include "callable.hpp"
 #include "python_error.hpp"
@@ -31,6 +32,22 @@ std::shared_ptr<PyProblem> PyProblem::copy() const {
 void PyProblem::remember(PythonBlock block) {
   if (callables_.empty() || callables_.back() != block.callable) callables_.push_back(block.callable);
   python_blocks_.push_back(std::move(block));
+}
+
+void PyProblem::replace(const std::vector<Block>& blocks, const std::shared_ptr<Callable>& callable, bool rows) {
+  const auto key = [](const Block& block) { return std::tuple(block.pool, block.id, block.generation); };
+  std::map<std::tuple<int, int, unsigned>, std::size_t> row;
+  for (std::size_t i = 0; i < blocks.size(); ++i) row[key(blocks[i])] = rows ? i : 0;
+  std::vector<PythonBlock> present = python_blocks();
+  python_blocks_.clear();
+  callables_.clear();
+  for (PythonBlock& block : present) {
+    if (const auto at = row.find(key(block.block)); at != row.end()) {
+      block.callable = callable;
+      block.row = at->second;
+    }
+    remember(std::move(block));
+  }
 }
 
 void PyProblem::forget_evaluations() const {

@@ -38,6 +38,8 @@ class PyProblem {
   std::shared_ptr<PyProblem> copy() const;
   /// Remembers a block that problem files cannot hold.
   void remember(PythonBlock block);
+  /// Remembers that blocks have another residual in Python. Row i of the data belongs to block i if `rows` is true.
+  void replace(const std::vector<Block>& blocks, const std::shared_ptr<Callable>& callable, bool rows);
   /// Makes the next computation call all Python residuals again, since these may read data that have changed.
   void forget_evaluations() const;
   /// Shows Python's garbage collector the objects that only this problem keeps alive: those of residuals in Python. A

@@ -1,8 +1,10 @@
 #include "python_call.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <complex>
 #include <cstring>
+#include <limits>
 
 #include <pybind11/complex.h>
 
@@ -146,9 +148,12 @@ void PythonCall::evaluate_given() {
 bool PythonCall::add_complex_step(std::size_t s, int k, std::size_t first, const Numbers& rows) {
   const py::object x = arguments_[s];
   arguments_[s] = perturbed(x, *groups_[s], k, py::cast(std::complex<double>(0, kComplexStep)));
-  const py::object value = py::module_::import("numpy").attr("asarray")(call()).attr("imag");
+  const py::object value = py::module_::import("numpy").attr("asarray")(call());
   arguments_[s] = x;
-  const Numbers step = checked(value, 0, "rows");
+  Numbers step = checked(value.attr("imag").attr("copy")(), 0, "rows");
+  const Numbers real = checked(value.attr("real"), 0, "rows");
+  for (py::ssize_t i = 0; i < step.size(); ++i)  // an undefined row may have no imaginary part
+    if (!std::isfinite(real.data()[i])) step.mutable_data()[i] = std::numeric_limits<double>::quiet_NaN();
   store_column(first, step, 1 / kComplexStep, false);
   return f_.complex_checks == 0 || compare_complex_step(f_.name, s, k, step, rows, moved_rows(s, k, kDifferenceStep),
                                                         moved_rows(s, k, -kDifferenceStep));

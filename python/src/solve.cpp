@@ -1,3 +1,4 @@
+#include <limits>
 #include <type_traits>
 
 #include <pybind11/stl.h>
@@ -8,6 +9,7 @@
 
 #include "options.hpp"
 #include "problem_object.hpp"
+#include "summary.hpp"
 #include "watched_solve.hpp"
 
 namespace tandem::python {
@@ -20,17 +22,21 @@ void check_limits(const std::string& name, int max_iterations, double time_limit
 
 /// Solves by compute(problem), and warns if the solve does not converge.
 template <class Compute>
-Summary run(PyProblem& self, const std::string& name, WatchedSolve& watched, bool multipliers, Compute compute) {
+PySummary run(PyProblem& self, const std::string& name, WatchedSolve& watched, bool multipliers, Compute compute) {
   PyProblem::Solve solving(self);
   Problem& problem = self.read();
   const std::string before = self.no_multipliers;
   self.set_solved(false, "it raised an exception");  // unless it ends
-  Summary summary;
+  PySummary summary;
   try {
-    summary = watched.run([&] { return compute(problem); });
+    summary = watched.run([&] { return summary_of(compute(problem), problem); });
   } catch (const BadInputError&) {  // the solver has refused its options and has changed nothing
     self.no_multipliers = before;
     throw;
+  } catch (const UndefinedResidualError& error) {  // a function of Python that is undefined where it was defined before
+    summary.solver = name;
+    summary.message = error.what();
+    summary.cost = summary.max_violation = std::numeric_limits<double>::quiet_NaN();
   }
   self.set_solved(summary.converged(), summary.message);
   if (summary.converged() && !multipliers)
@@ -44,45 +50,38 @@ Summary run(PyProblem& self, const std::string& name, WatchedSolve& watched, boo
   return summary;
 }
 
+void check_tolerances(const std::string&, const SolverOptions&) {}  // the solver checks them
+void check_tolerances(const std::string& name, const DampedSqp::Options& o) {
+  if (!(o.feasible > 0) || !(o.cost_tolerance > 0) || o.patience < 0)
+    throw BadInputError(name + ": feasible and cost_tolerance must be positive, and patience not negative");
+}
+
+Summary solve(Problem& problem, const DampedSqp::Options& options) { return DampedSqp(problem).solve(options); }
+Summary solve_graduated(Problem&, const DampedSqp::Options&) {
+  throw BadInputError("damped-sqp: cannot be graduated; use augmented-lagrangian or ipopt");
+}
+
 template <class Solver>
-Summary run(PyProblem& self, Solver options, const std::string& name, const py::dict& given, const py::object& progress,
-            bool graduated) {
+PySummary run(PyProblem& self, Solver options, const std::string& name, const py::dict& given,
+              const py::object& progress, bool graduated) {
   Options reader(name, given);
   visit_options(options, reader);
   reader.finish();
   check_limits(name, options.max_iterations, options.time_limit);
+  check_tolerances(name, options);
   WatchedSolve watched(progress);
   watched.watch(options);
   return run(self, name, watched, !std::is_same_v<Solver, NloptOptions>,
              [&](Problem& problem) { return graduated ? solve_graduated(problem, options) : solve(problem, options); });
 }
 
-Summary run_sqp(PyProblem& self, const py::dict& given, const py::object& progress, bool graduated) {
-  const std::string name = "damped-sqp";
-  if (!progress.is_none() || graduated) throw BadInputError(name + ": reports no progress and cannot be graduated");
-  DampedSqp::Options o;
-  Options reader(name, given);
-  reader("feasible", o.feasible);
-  reader("cost_tolerance", o.cost_tolerance);
-  reader("patience", o.patience);
-  reader("max_iterations", o.max_iterations);
-  reader("time_limit", o.time_limit);
-  reader("from_multipliers", o.from_multipliers);
-  reader.finish();
-  check_limits(name, o.max_iterations, o.time_limit);
-  if (!(o.feasible > 0) || !(o.cost_tolerance > 0) || o.patience < 0)
-    throw BadInputError(name + ": feasible and cost_tolerance must be positive, and patience not negative");
-  WatchedSolve watched;
-  return run(self, name, watched, true, [&](Problem& problem) { return DampedSqp(problem).solve(o); });
-}
-
-Summary solve_by(PyProblem& self, std::string solver, const py::object& progress, bool graduated,
-                 const py::kwargs& given) {
+PySummary solve_by(PyProblem& self, std::string solver, const py::object& progress, bool graduated,
+                   const py::kwargs& given) {
   if (solver == "auto") solver = self.read().num_hard_blocks() > 0 ? "augmented-lagrangian" : "gauss-newton";
   if (solver == "gauss-newton") return run(self, GaussNewtonOptions{}, solver, given, progress, graduated);
   if (solver == "augmented-lagrangian")
     return run(self, AugmentedLagrangianOptions{}, solver, given, progress, graduated);
-  if (solver == "damped-sqp") return run_sqp(self, given, progress, graduated);
+  if (solver == "damped-sqp") return run(self, DampedSqp::Options{}, solver, given, progress, graduated);
   if (solver == "ipopt") return run(self, IpoptOptions{}, solver, given, progress, graduated);
   if (solver.rfind("nlopt:", 0) == 0) {
     NloptOptions options;
@@ -95,82 +94,42 @@ Summary solve_by(PyProblem& self, std::string solver, const py::object& progress
       solver);
 }
 
-void require_converged(const Summary& summary) {
-  if (summary.converged()) return;
-  if (summary.status != Status::infeasible) raise("NumericalError", summary.solver + ": " + summary.message);
-  const py::object type = exception_class("InfeasibleError");
-  const py::object constraints =
-      summary.worst_constraint.empty() ? py::tuple() : py::make_tuple(summary.worst_constraint);
-  PyErr_SetObject(type.ptr(), type(summary.solver + ": " + summary.message, constraints).ptr());
-  throw py::error_already_set();
+/// Collects the options of a solver by name, with their defaults.
+struct Described {
+  py::dict defaults{};
+
+  template <class T>
+  void operator()(const char* name, const T& value) {
+    defaults[name] = py::cast(value);
+  }
+  template <class T, class Values>
+  void operator()(const char* name, const T& value, const Values& values) {
+    for (const auto& choice : values)
+      if (choice.value == value) defaults[name] = choice.name;
+  }
+};
+
+template <class Options>
+py::dict described(Options options) {
+  Described all;
+  visit_options(options, all);
+  return all.defaults;
 }
 
 }  // namespace
 
 void bind_solve(py::module_& m, py::class_<PyProblem, std::shared_ptr<PyProblem>>& c) {
-  py::class_<Summary> s(m, "SolveSummary", "Result of a solve. The problem has the best point found.");
-  s.def_readonly("solver", &Summary::solver, "Name of the solver.");
-  s.def_property_readonly(
-      "status", [](const Summary& x) { return std::string(name(x.status)); },
-      "\"converged\", or why the solve ended, for example \"max-iterations\" or \"infeasible\".");
-  s.def_readonly("message", &Summary::message, "The status in words.");
-  s.def_property_readonly("converged", &Summary::converged, "Whether the status is \"converged\".");
-  s.def_readonly("initial_cost", &Summary::initial_cost, "Cost at the initial values.");
-  s.def_readonly("cost", &Summary::cost, "Cost at the best point found.");
-  s.def_readonly("max_violation", &Summary::max_violation,
-                 "Largest violation of a constraint row, in the units of the row.");
-  s.def_readonly("worst_constraint", &Summary::worst_constraint,
-                 "Constraint of this violation, with its variables; empty without one.");
-  s.def_readonly("iterations", &Summary::iterations, "Number of iterations.");
-  s.def_readonly("evaluations", &Summary::evaluations, "Number of evaluations of the residuals.");
-  s.def_readonly("seconds", &Summary::seconds, "Duration of the solve [s].");
-  s.def_property_readonly(
-      "unobservable",
-      [](const Summary& x) {
-        py::dict states;
-        for (const UnobservableState& state : x.unobservable) states[py::str(state.variable)] = state.directions;
-        return states;
+  bind_summary(m);
+  m.def(
+      "_solver_options",
+      [] {
+        return py::dict(py::arg("gauss-newton") = described(GaussNewtonOptions{}),
+                        py::arg("augmented-lagrangian") = described(AugmentedLagrangianOptions{}),
+                        py::arg("damped-sqp") = described(DampedSqp::Options{}),
+                        py::arg("ipopt") = described(IpoptOptions{}),
+                        py::arg("nlopt:ALGORITHM") = described(NloptOptions{}));
       },
-      "Names of the unobservable directions by variable.");
-  s.def("require_converged", &require_converged,
-        "require_converged()\n\nRaise InfeasibleError or NumericalError unless the solve converged.");
-  s.def(py::pickle(
-      [](const Summary& x) {
-        std::vector<std::pair<std::string, std::vector<std::string>>> unobservable;
-        for (const UnobservableState& state : x.unobservable)
-          unobservable.emplace_back(state.variable, state.directions);
-        return py::make_tuple(x.solver, int(x.status), x.message, unobservable, x.initial_cost, x.cost, x.max_violation,
-                              x.worst_constraint, x.iterations, x.evaluations, x.seconds);
-      },
-      [](const py::tuple& t) {
-        Summary x;
-        x.solver = t[0].cast<std::string>();
-        x.status = Status(t[1].cast<int>());
-        x.message = t[2].cast<std::string>();
-        for (auto& [variable, directions] : t[3].cast<std::vector<std::pair<std::string, std::vector<std::string>>>>())
-          x.unobservable.push_back({variable, directions});
-        x.initial_cost = t[4].cast<double>();
-        x.cost = t[5].cast<double>();
-        x.max_violation = t[6].cast<double>();
-        x.worst_constraint = t[7].cast<std::string>();
-        x.iterations = t[8].cast<int>();
-        x.evaluations = t[9].cast<int>();
-        x.seconds = t[10].cast<double>();
-        return x;
-      }));
-  s.def("__repr__", [](const Summary& x) {
-    return "<" + x.solver + ": " + std::string(name(x.status)) + ", cost " + std::string(py::str(py::float_(x.cost))) +
-           ", " + std::to_string(x.iterations) + " iterations" + (x.converged() ? "" : "; " + x.message) + ">";
-  });
-  s.def("_repr_html_", [](const Summary& x) {
-    const auto row = [](const std::string& key, const std::string& value) {
-      return "<tr><td>" + key + "</td><td>" + value + "</td></tr>";
-    };
-    return "<table>" + row("solver", x.solver) + row("status", std::string(name(x.status))) +
-           row("message", x.message) + row("cost", py::str(py::float_(x.cost))) +
-           row("iterations", std::to_string(x.iterations)) + row("violation", py::str(py::float_(x.max_violation))) +
-           "</table>";
-  });
+      "Return the options of each solver with their defaults.");
   c.def(
       "solve", &solve_by, py::arg("solver") = "auto", py::kw_only(), py::arg("progress") = py::none(),
       py::arg("graduated") = false,

@@ -126,6 +126,7 @@ void bind_variables(py::module_& m) {
     return a.handle.problem == b.handle.problem && a.handle.slot == b.handle.slot &&
            a.handle.generation == b.handle.generation;
   });
+  refuse_pickle(c, "Problem.__getitem__ finds a variable by its name");
   py::class_<PyVariables> a(m, "Variables", "An array of variables of one group, as returned by Problem.add.");
   a.def("__len__", [](const PyVariables& x) { return x.handles.size(); });
   a.def("__getitem__", [](const PyVariables& x, py::handle index) -> py::object {
@@ -138,6 +139,12 @@ void bind_variables(py::module_& m) {
   a.def("__repr__", [](const PyVariables& x) {
     return "<" + std::to_string(x.handles.size()) + " variables: " + x.group->name + ">";
   });
+  refuse_pickle(a, "Problem.variables lists them again");
+  // Type annotations may name the group: Variable[SE3].
+  const py::object generic =
+      py::module_::import("builtins").attr("classmethod")(py::module_::import("types").attr("GenericAlias"));
+  c.attr("__class_getitem__") = generic;
+  a.attr("__class_getitem__") = generic;
 }
 
 }  // namespace tandem::python

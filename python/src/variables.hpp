@@ -51,4 +51,16 @@ BlockVariables block_variables(py::handle value, const std::string& what);
 
 void bind_variables(py::module_& m);
 
+/// Makes copies of a handle refer to the same thing, and refuses to pickle it.
+template <class Class>
+void refuse_pickle(Class& c, const char* remedy) {
+  c.def("__copy__", [](const py::object& self) { return self; });
+  c.def("__deepcopy__", [](const py::object& self, const py::dict&) { return self; });
+  c.def("__reduce__", [remedy](const py::object& self) -> py::object {
+    throw py::type_error("a handle of the class " + std::string(py::str(py::type::of(self).attr("__name__"))) +
+                         " cannot be pickled, because it belongs to a problem of this process; pickle the Problem: " +
+                         remedy);
+  });
+}
+
 }  // namespace tandem::python

@@ -22,7 +22,8 @@ class WatchedSolve {
 
   const std::atomic<bool>& stop() { return stop_; }
   /// Adds the stop flag and the progress function to the options of a solve. The object must outlive the solve.
-  void watch(SolverOptions& options) {
+  template <class Options>
+  void watch(Options& options) {
     options.stop = &stop();
     options.progress = [this](const Progress& p) {
       report([&] {

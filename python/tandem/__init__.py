@@ -17,9 +17,10 @@ if int(_numpy.__version__.split(".")[0]) >= 2 and tuple(
     raise ImportError(f"this build of tandem uses pybind11 {_build.PYBIND11_VERSION}, which does not support NumPy "
                       f"{_numpy.__version__}; install NumPy 1, or build tandem with pybind11 2.12 or newer")
 
-from . import _calls, _core
+from . import _calls, _core, _examples
 
 _calls.make_readable(_core)
+_examples.append_examples(_core)
 
 from ._commands import (calibrate, compare, estimate, export, import_log, info, models, navigate, plan, rendezvous,
                         simulate, solve_file, study, track, tune)
@@ -38,11 +39,12 @@ from .errors import (BadInputError, BusyError, Error, IncompleteWarning, Infeasi
                      UndefinedResidualError)
 from .online import OnlineEstimator, Vehicle
 from .own import TwistComponents, compiled_residual, residual
-from .results import Estimate, FitReport, Navigation, Plan, Results, Summary, fit_report, read_results
+from .results import Estimate, Navigation, Plan, Results, read_results
 from .scenario import Scenario, read_scenario
 from .tracker import Tracker
 from .trajectory import Trajectory
 from .studies import run_study
+from .summary import FitReport, Summary, fit_report
 from .vectors import Rn
 from . import _html, plot, testing
 

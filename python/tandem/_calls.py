@@ -27,7 +27,7 @@ def _signatures(name: str, doc: str) -> List[str]:
             else:
                 part += char
         plain = [re.sub(r":[^=]*?(?= = |$)", "", a).replace(" = ", "=") for a in arguments if not a.startswith("self")]
-        text = ", ".join(p for p in plain if p).replace("**kwargs", "option=value, ...")
+        text = re.sub(r"\*\*\w+", "option=value, ...", ", ".join(p for p in plain if p))
         if text not in result and "arg0" not in text:
             result.append(text)
     return result

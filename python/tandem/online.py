@@ -7,7 +7,7 @@ from typing import Any, List, Optional
 from ._core import OnlineEstimator as _OnlineEstimator
 from ._core import VehicleModel
 from ._options import words
-from ._paths import PathLike
+from ._paths import PathLike, TemporaryFolder
 from ._process import ScenarioLike, positional_words
 from .errors import BadInputError
 from .scenario import scenario_folder, share
@@ -80,6 +80,13 @@ class OnlineEstimator(_Ready, _OnlineEstimator):
     >>> position, covariance = estimator.relative_target(5.0)
     >>> position.shape, covariance.shape
     ((3,), (3, 3))
+    >>> estimator.predicted_chaser(5.0).translation.shape, estimator.predicted_target(5.0).translation.shape
+    ((3,), (3,))
+    >>> len(estimator.updates()) > 0
+    True
+    >>> estimator.reset()
+    >>> estimator.started
+    False
     """
 
     def __init__(self, scenario: ScenarioLike, **options: Any) -> None:
@@ -113,6 +120,8 @@ class Vehicle(_Ready, VehicleModel):
     ...     state = remus.step(state, remus.upper * [1, 0, 0], 0.5)
     >>> print(state.pose.translation[0] > 7)
     True
+    >>> remus.dynamics(0.5).name, remus.actuator_lag(0.5).name        # residuals over 0.5 s
+    ('VehicleDynamics', 'ActuatorLag')
     """
 
     def __init__(self, name_or_file: PathLike) -> None:
@@ -125,4 +134,16 @@ class Vehicle(_Ready, VehicleModel):
             raise BadInputError(f"there is no vehicle {os.fspath(name_or_file)!r}; there are {', '.join(names)}, or "
                                 "give a YAML file")
         super().__init__(os.fspath(path))
+        self._text = path.read_text(encoding="utf-8")
         self._ready = True
+
+    def __reduce__(self) -> Any:
+        return _vehicle_of_text, (type(self), self._text)
+
+
+def _vehicle_of_text(kind: Any, text: str) -> Any:
+    """Returns the vehicle of a pickle, which has the text of its file."""
+    folder = TemporaryFolder()
+    file = folder.path / "vehicle.yaml"
+    file.write_text(text, encoding="utf-8")
+    return kind(file)

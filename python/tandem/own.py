@@ -142,6 +142,16 @@ def compiled_residual(function: Any, *, dim: int, data: Any = None, name: Option
         dim: number of rows.
         data: array of shape (n, k) with one row for each block, or (k,) for all blocks.
         name: name in messages.
+
+    >>> import ctypes, numpy as np, tandem
+    >>> @ctypes.CFUNCTYPE(ctypes.c_int, *[ctypes.POINTER(ctypes.c_double)] * 4, ctypes.c_int)
+    ... def scaled(data, x, r, J, jacobians):       # in earnest, a function that numba or a C compiler has compiled
+    ...     r[0] = data[0] * x[0]
+    ...     if jacobians:
+    ...         J[0] = data[0]
+    ...     return 0
+    >>> tandem.compiled_residual(scaled, dim=1, data=[3.0])(tandem.R1([2.0]))
+    array([6.])
     """
     address = getattr(function, "address", function)  # of a numba cfunc
     if isinstance(function, (_FunctionPointer, ctypes.c_void_p)):
@@ -168,6 +178,10 @@ def TwistComponents(dt: Any, axes: str) -> Any:
         dt: time between the poses [s].
         axes: names separated by spaces, from surge, sway, heave, roll_rate, pitch_rate, yaw_rate. "sway heave" equal to
             0 is the non-holonomic constraint of a vehicle that moves along its axis.
+
+    >>> import tandem
+    >>> tandem.TwistComponents(2.0, "surge sway heave")(tandem.SE3(), tandem.SE3.exp([3, 1, 0, 0, 0, 0]))
+    array([1.5, 0.5, 0. ])
     """
     order = ("surge", "sway", "heave", "roll_rate", "pitch_rate", "yaw_rate")
     if not isinstance(axes, str):

@@ -10,7 +10,8 @@ import numpy as np
 from ._html import COLOURS
 from ._paths import PathLike
 from .errors import BadInputError
-from .results import FitReport, Plan, Results
+from .results import Plan, Results
+from .summary import FitReport
 from .trajectory import Trajectory
 
 _BLUE, _ORANGE, _GREEN = COLOURS[:3]
@@ -64,7 +65,13 @@ def _rendezvous_trajectories(result: Results) -> Dict[str, Trajectory]:
 
 def trajectories(result: Any, ax: Any = None) -> Any:
     """Draws the plan view of chaser and target, with their truth dashed in the same colours. `result` may be a
-    Trajectory, too."""
+    Trajectory, too.
+
+    >>> import tandem
+    >>> lines = tandem.plot.trajectories(tandem.estimate("docking_a", max_keyframes=20)).lines
+    >>> len(lines)
+    4
+    """
     if isinstance(result, Trajectory):
         known = {result.name: result}
     elif isinstance(result, Results) and "rendezvous.csv" in result.files:
@@ -84,7 +91,12 @@ def trajectories(result: Any, ax: Any = None) -> Any:
 
 
 def errors(result: Any, columns: Sequence[str] = ("x_m", "y_m", "rz_deg"), ax: Any = None) -> Any:
-    """Draws errors over time in their 3σ bands. There is no band where nothing is estimated. Needs truth."""
+    """Draws errors over time in their 3σ bands. There is no band where nothing is estimated. Needs truth.
+
+    >>> import tandem
+    >>> len(tandem.plot.errors(tandem.estimate("docking_a", max_keyframes=20), ["x_m", "y_m"]))
+    2
+    """
     table: Optional[Dict[str, np.ndarray]] = _part(result, "errors")
     if not table:
         raise BadInputError(f"plot.errors: {_described(result)} has no errors, which need an estimate with truth")
@@ -111,7 +123,12 @@ def errors(result: Any, columns: Sequence[str] = ("x_m", "y_m", "rz_deg"), ax: A
 
 def residuals(fit: Any, ax: Any = None) -> Any:
     """Draws mean and standard deviation of the standardised residuals of each component; 0 and 1 are expected. `fit` is
-    a result or its fit report."""
+    a result or its fit report.
+
+    >>> import tandem
+    >>> tandem.plot.residuals(tandem.estimate("docking_a", max_keyframes=20)).get_ylabel()
+    'standardised residual'
+    """
     report = fit if isinstance(fit, FitReport) else _part(fit, "fit")
     if report is None:
         raise BadInputError(f"plot.residuals: {_described(fit)} has no fit report; give an estimate")
@@ -134,7 +151,12 @@ def residuals(fit: Any, ax: Any = None) -> Any:
 
 
 def consistency(result: Any, ax: Any = None) -> Any:
-    """Draws the normalised estimation error squared (NEES) of the target's position, with its 95 % range."""
+    """Draws the normalised estimation error squared (NEES) of the target's position, with its 95 % range.
+
+    >>> import tandem
+    >>> tandem.plot.consistency(tandem.estimate("docking_a", max_keyframes=20)).get_ylabel()
+    'NEES of the position'
+    """
     target, truth = _part(result, "target"), _part(result, "target_truth")
     if target is None or truth is None or target.covariances is None:
         raise BadInputError(f"plot.consistency: {_described(result)} has no truth or no covariances; give an estimate "
@@ -157,7 +179,12 @@ def consistency(result: Any, ax: Any = None) -> Any:
 
 
 def coverage(result: Any, ax: Any = None) -> Any:
-    """Draws when each sensor measured the target: one strip for each sensor."""
+    """Draws when each sensor measured the target: one strip for each sensor.
+
+    >>> import tandem
+    >>> tandem.plot.coverage(tandem.estimate("docking_a", max_keyframes=20)).get_xlabel()
+    'time [s]'
+    """
     if not isinstance(result, Results) or "target_fixes.csv" not in result.files:
         raise BadInputError(f"plot.coverage: {_described(result)} has no measurements; give an estimate")
     ax = _axes(ax, height=1.4)
@@ -174,7 +201,14 @@ def coverage(result: Any, ax: Any = None) -> Any:
 
 
 def sparsity(problem: Any, ax: Any = None) -> Any:
-    """Draws which variables occur together in a block: the sparsity of the Hessian."""
+    """Draws which variables occur together in a block: the sparsity of the Hessian.
+
+    >>> import tandem
+    >>> p = tandem.Problem()
+    >>> block = p.minimize(tandem.Prior(tandem.R1([1.0])), 1.0, p.add(tandem.R1([0.0])))
+    >>> len(tandem.plot.sparsity(p).lines)
+    1
+    """
     if not hasattr(problem, "_block_variables"):
         raise BadInputError(f"plot.sparsity: expected a Problem, not {_described(problem)}")
     ax = _axes(ax, height=3.2)
@@ -190,7 +224,12 @@ def sparsity(problem: Any, ax: Any = None) -> Any:
 
 
 def plan(result: Any, ax: Any = None) -> Any:
-    """Draws the plan view of a planned chaser and the predicted target."""
+    """Draws the plan view of a planned chaser and the predicted target.
+
+    >>> import tandem
+    >>> len(tandem.plot.plan(tandem.plan("docking_a", at=600, horizon=10, step=0.5)).lines)
+    3
+    """
     if not isinstance(result, Plan):
         raise BadInputError(f"plot.plan: expected a plan, not {_described(result)}")
     ax = _axes(ax)
@@ -201,6 +240,15 @@ def plan(result: Any, ax: Any = None) -> Any:
 
 
 def save(ax: Any, path: PathLike, dpi: int = 300) -> None:
-    """Writes the figure of `ax` to a file, in the size of the figure: 3.5 in wide unless you have drawn on your own."""
+    """Writes the figure of `ax` to a file, in the size of the figure: 3.5 in wide unless you have drawn on your own.
+
+    >>> import tandem
+    >>> import os, tempfile
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     file = os.path.join(folder, "problem.png")
+    ...     tandem.plot.save(tandem.plot.sparsity(tandem.Problem()), file)
+    ...     os.path.getsize(file) > 1000
+    True
+    """
     first = np.atleast_1d(ax)[0]
     first.figure.savefig(path, dpi=dpi)  # cropping would change the width and thereby the font size on the page

@@ -3,116 +3,17 @@
 import json
 import pathlib
 import shutil
-from typing import Any, Dict, Iterator, List, Mapping, Optional, Tuple
+from typing import Any, Dict, List, Optional, Tuple
 
 import numpy as np
 
 from . import _html
-from ._core import SO3, Problem, _fit_report, parse_yaml
+from ._core import SO3, parse_yaml
 from ._paths import PathLike, TemporaryFolder
 from ._table import read_table
 from .errors import BadInputError
+from .summary import FitReport, Summary
 from .trajectory import ENTRIES, Trajectory
-
-
-class Summary(Mapping[str, Any]):
-    """Summary of a run: the JSON document of the command, with its keys also as attributes."""
-
-    def __init__(self, values: Dict[str, Any], name: str = "summary") -> None:
-        if not isinstance(values, dict):
-            raise TypeError(f"{name}: expected a dictionary, not {type(values).__name__}")
-        self._values = values
-        self._name = name
-
-    def __getitem__(self, key: str) -> Any:
-        return self._values[key]
-
-    def __iter__(self) -> Iterator[str]:
-        return iter(self._values)
-
-    def __len__(self) -> int:
-        return len(self._values)
-
-    def __getattr__(self, key: str) -> Any:
-        if key.startswith("_"):
-            raise AttributeError(key)
-        try:
-            value = self._values[key]
-        except KeyError:
-            raise AttributeError(f"the {self._name} has no entry {key}; it has {', '.join(self._values)}") from None
-        return Summary(value, key) if isinstance(value, dict) else value
-
-    def __dir__(self) -> List[str]:
-        return [*super().__dir__(), *self._values]
-
-    def to_dict(self) -> Dict[str, Any]:
-        """Returns the JSON document as dictionaries."""
-        return self._values
-
-    def _scalars(self) -> List[Any]:
-        return [(k, v) for k, v in self._values.items() if not isinstance(v, (dict, list)) and k != "schema"]
-
-    def __repr__(self) -> str:
-        text = ", ".join(f"{k}={v!r}" for k, v in self._scalars())
-        return f"<{self._name}: {text[:160]}{'…' if len(text) > 160 else ''}>"
-
-    def _repr_html_(self) -> str:
-        return _html.table(self._scalars())
-
-
-class FitReport(Summary):
-    """Agreement of a solution with its data and the stated noise."""
-
-    def __init__(self, values: Dict[str, Any]) -> None:
-        if isinstance(values, Problem):
-            raise TypeError("FitReport: expected a dictionary, not Problem; use tandem.fit_report")
-        super().__init__(values, "fit report")
-
-    @property
-    def consistent(self) -> bool:
-        """Whether the data fit the model."""
-        return bool(self["consistent"])
-
-    @property
-    def verdict(self) -> str:
-        """The verdict in one sentence."""
-        return str(self["verdict"])
-
-    def __repr__(self) -> str:
-        return f"<FitReport: {self.verdict}>"
-
-    def _repr_html_(self) -> str:
-        rows = []
-        for sensor, fit in self["sensors"].items():
-            for component, c in fit.get("components", {}).items():
-                rows.append((sensor, fit["used"], component, *(f"{c[k]:.2f}" if c.get(k) is not None else "–"
-                                                               for k in ("mean", "sigma", "correlation"))))
-        return f"<p>{_html.html.escape(self.verdict)}</p>" + _html.table(
-            rows, ("sensor", "used", "component", "mean", "σ", "lag-1 correlation"))
-
-
-def fit_report(problem: Problem, sensors: Dict[str, Any]) -> FitReport:
-    """Judges whether the costs of a solved problem agree with their stated noise.
-
-    Args:
-        problem: a problem at its solution.
-        sensors: blocks of costs by name, as Problem.minimize returns them. Their rows are the components "row 0", "row 1", …;
-            the order of the blocks counts as the order in time.
-
-    >>> import numpy as np, tandem
-    >>> p = tandem.Problem()
-    >>> x = p.add(tandem.R1([0.0]), "x")
-    >>> z = np.random.default_rng(1).normal(size=(100, 1))
-    >>> blocks = p.minimize(tandem.Prior(tandem.R1(z)), 0.1, x)
-    >>> summary = p.solve()
-    >>> report = tandem.fit_report(p, {"scale": blocks})
-    >>> report.consistent, report["sensors"]["scale"]["used"]
-    (False, 100)
-    >>> p.set_noise(blocks, 1.0)
-    >>> tandem.fit_report(p, {"scale": blocks}).consistent
-    True
-    """
-    return FitReport({"sensors": {}, **json.loads(_fit_report(problem, sensors))})
 
 
 class Results:
@@ -122,6 +23,11 @@ class Results:
         command: the command that ran.
         summary: its JSON document.
         incomplete: why the run is incomplete, one sentence; empty if it is complete.
+
+    >>> import tandem
+    >>> result = tandem.info("docking_a")
+    >>> isinstance(result, tandem.Results), result.command, result.summary.name
+    (True, 'info', 'docking_a')
     """
 
     def __init__(self, command: str, summary: Dict[str, Any], folder: Optional[pathlib.Path],
@@ -139,7 +45,13 @@ class Results:
         return cls(command, summary, folder, temporary)
 
     def folder(self) -> pathlib.Path:
-        """Returns the folder of the run's files, which is temporary unless the run had an `out`."""
+        """Returns the folder of the run's files, which is temporary unless the run had an `out`.
+
+        >>> import tandem
+        >>> result = tandem.estimate("docking_a", max_keyframes=20)
+        >>> (result.folder() / "target_full.csv").exists()
+        True
+        """
         if self._folder is None:
             raise BadInputError(f"the run of {self.command} has no files")
         return self._folder
@@ -158,7 +70,13 @@ class Results:
         return sorted(p.name for p in self._folder.iterdir() if not p.name.startswith(".")) if self._folder else []
 
     def table(self, name: str) -> Dict[str, np.ndarray]:
-        """Returns the columns of a CSV file by name; `name` is with or without ".csv"."""
+        """Returns the columns of a CSV file by name; `name` is with or without ".csv".
+
+        >>> import tandem
+        >>> result = tandem.estimate("docking_a", max_keyframes=20)
+        >>> len(result.table("errors")["t"]) == len(result.target)
+        True
+        """
         file = name if name.endswith(".csv") else name + ".csv"
         if file not in self._tables:
             if self._folder is None or file not in self.files:
@@ -168,7 +86,14 @@ class Results:
         return dict(self._tables[file])
 
     def save(self, folder: PathLike) -> None:
-        """Copies the files of the run to a folder, which read_results() reads. The folder must be new or empty."""
+        """Copies the files of the run to a folder, which read_results() reads. The folder must be new or empty.
+
+        >>> import tandem, tempfile
+        >>> with tempfile.TemporaryDirectory() as folder:
+        ...     tandem.estimate("docking_a", max_keyframes=20).save(folder)
+        ...     len(tandem.read_results(folder).target)
+        20
+        """
         to = pathlib.Path(folder)
         if to.exists() and any(to.iterdir()):
             raise BadInputError(f"{to} is not empty; name a new folder")
@@ -250,14 +175,26 @@ def _indices_of(times: np.ndarray, known: np.ndarray) -> Tuple[np.ndarray, np.nd
 
 
 class Navigation(_Trajectories):
-    """Result of navigate()."""
+    """Result of navigate().
+
+    >>> import tandem
+    >>> result = tandem.navigate(tandem.simulate("dive", minutes=1, seed=1))
+    >>> isinstance(result, tandem.Navigation), result.chaser.covariances.shape[1:]
+    (True, (6, 6))
+    """
 
     def _repr_html_(self) -> str:
         return _html.plan_view([self.chaser], repr(self))
 
 
 class Estimate(_Trajectories):
-    """Result of estimate(): trajectories of chaser and target."""
+    """Result of estimate(): trajectories of chaser and target.
+
+    >>> import tandem
+    >>> result = tandem.estimate("docking_a", max_keyframes=20)
+    >>> isinstance(result, tandem.Estimate), result.target.covariances.shape
+    (True, (20, 6, 6))
+    """
 
     @property
     def target(self) -> Trajectory:
@@ -317,7 +254,13 @@ class Estimate(_Trajectories):
 
 
 class Plan(Results):
-    """Result of plan(): the planned motion of the chaser and the predicted target."""
+    """Result of plan(): the planned motion of the chaser and the predicted target.
+
+    >>> import tandem
+    >>> result = tandem.plan("docking_a", at=600, horizon=10, step=0.5)
+    >>> isinstance(result, tandem.Plan), len(result.chaser) == len(result.target)
+    (True, True)
+    """
 
     @property
     def chaser(self) -> Trajectory:

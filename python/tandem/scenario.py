@@ -53,6 +53,8 @@ class Scenario:
     <Scenario docking_a: odometry 1.2e+03 s, usbl (158), optical (624), with truth>
     >>> s.measurements["usbl"].shape
     (158, 4)
+    >>> tandem.Scenario("mine", noise={"usbl": [2, 2, 2]}, odometry=s.odometry, measurements={"usbl": [[0, 1, 2, 3]]})
+    <Scenario mine: odometry 1.2e+03 s, usbl (1)>
     """
 
     def __init__(self, name: str, *, noise: Mapping[str, Any], odometry: Any = None,
@@ -90,7 +92,12 @@ class Scenario:
         return scenario
 
     def columns(self, sensor: str) -> Optional[Sequence[str]]:
-        """Returns the names of the columns of a sensor or of "odometry", or None if the sensor has others."""
+        """Returns the names of the columns of a sensor or of "odometry", or None if the sensor has others.
+
+        >>> import tandem
+        >>> tandem.read_scenario("docking_a").columns("usbl")
+        ('t', 'x', 'y', 'z')
+        """
         return _COLUMNS["pose"] if sensor == "odometry" else self._columns(sensor)
 
     def _columns(self, sensor: str) -> Any:
@@ -110,7 +117,12 @@ class Scenario:
 
     def folder(self) -> "Union[pathlib.Path, ScenarioFolder]":
         """Returns the folder that the scenario was read from, or a temporary one with its present content, which lives
-        as long as the returned object."""
+        as long as the returned object.
+
+        >>> import os, tandem
+        >>> "scenario.yaml" in os.listdir(tandem.read_scenario("docking_a").folder())
+        True
+        """
         if self._path is not None and not self._changed_files():
             return self._path
         folder = ScenarioFolder(self)
@@ -118,7 +130,16 @@ class Scenario:
         return folder
 
     def write(self, folder: PathLike) -> None:
-        """Writes the scenario folder: scenario.yaml, TUM and CSV files. The folder must be new or empty."""
+        """Writes the scenario folder: scenario.yaml, TUM and CSV files. The folder must be new or empty.
+
+        >>> import tandem, tempfile
+        >>> s = tandem.read_scenario("docking_a")
+        >>> s.noise["usbl"] = [2.0, 2.0, 3.0]
+        >>> with tempfile.TemporaryDirectory() as folder:
+        ...     s.write(folder)
+        ...     tandem.read_scenario(folder).noise["usbl"]
+        [2.0, 2.0, 3.0]
+        """
         to = pathlib.Path(folder)
         if to.exists() and any(to.iterdir()):
             raise BadInputError(f"{to} is not empty; name a new folder")

@@ -11,7 +11,7 @@ import numpy as np
 from ._options import has_option, words
 from ._process import ScenarioLike, last_message, positional_words, program
 from .errors import BadInputError, Error, IncompleteWarning
-from .results import Summary
+from .summary import Summary
 from .scenario import Scenario, read_settings
 
 
@@ -155,7 +155,14 @@ class Tracker:
         return {(entry["sensor"], entry["why"]): entry["lines"] for entry in self.summary["rejected_lines"]}
 
     def close(self) -> None:
-        """Ends the tracker without waiting for its results."""
+        """Ends the tracker without waiting for its results.
+
+        >>> import tandem
+        >>> tracker = tandem.Tracker("docking_a")
+        >>> tracker.close()
+        >>> tracker
+        <Tracker: ended>
+        """
         self._finished = True
         if self._process.poll() is None:
             self._process.kill()

@@ -47,7 +47,12 @@ class Trajectory:
 
     @classmethod
     def from_poses(cls, t: Any, poses: Any, name: str = "trajectory") -> "Trajectory":
-        """Constructs a trajectory from poses: an array of SE3, or matrices of shape (n, 4, 4)."""
+        """Constructs a trajectory from poses: an array of SE3, or matrices of shape (n, 4, 4).
+
+        >>> import tandem
+        >>> tandem.Trajectory.from_poses([0.0, 1.0], tandem.SE3.identity(2)).positions.shape
+        (2, 3)
+        """
         elements = poses if isinstance(poses, SE3) else SE3.from_matrix(poses)
         return cls(t, elements.translation, elements.quaternion(order="xyzw"), name=name)
 
@@ -56,6 +61,13 @@ class Trajectory:
         """Reads a TUM file (t x y z qx qy qz qw), or one of the CSV files that Tandem writes.
 
         The file `chaser_full.csv` beside a TUM file `chaser.tum` has twists and covariances.
+
+        >>> import os, tandem, tempfile
+        >>> with tempfile.TemporaryDirectory() as folder:
+        ...     file = os.path.join(folder, "chaser.tum")
+        ...     text = tandem.Trajectory.from_poses([0.0, 1.0], tandem.SE3.identity(2)).to_tum(file)
+        ...     tandem.Trajectory.read(file, "chaser")
+        <Trajectory chaser: 2 states, 0 s to 1 s>
         """
         file = pathlib.Path(path)
         if file.suffix != ".csv":
@@ -174,7 +186,14 @@ class Trajectory:
         return Trajectory(t, positions, quaternions, twists, covariances, self.name)
 
     def to_tum(self, path: Optional[PathLike] = None) -> str:
-        """Returns the text of a TUM file (t x y z qx qy qz qw), and writes it to `path` if given."""
+        """Returns the text of a TUM file (t x y z qx qy qz qw), and writes it to `path` if given.
+
+        >>> import tandem
+        >>> print(tandem.Trajectory.from_poses([0.5], tandem.SE3.identity(1)).to_tum())
+        # t[s] x[m] y[m] z[m] qx qy qz qw
+        0.5 0.0 0.0 0.0 0.0 0.0 0.0 1.0
+        <BLANKLINE>
+        """
         lines = ["# t[s] x[m] y[m] z[m] qx qy qz qw"]
         for t, p, q, known in zip(self.t, self.positions, self.quaternions, self.has_orientation):
             if not known:
@@ -186,7 +205,13 @@ class Trajectory:
         return text
 
     def to_pandas(self) -> Any:
-        """Returns a pandas DataFrame indexed by t, with the columns of the CSV files. Needs pandas."""
+        """Returns a pandas DataFrame indexed by t, with the columns of the CSV files. Needs pandas.
+
+        >>> import tandem
+        >>> frame = tandem.Trajectory.from_poses([0.5], tandem.SE3.identity(1)).to_pandas()
+        >>> list(frame.columns)
+        ['x', 'y', 'z', 'qx', 'qy', 'qz', 'qw']
+        """
         import pandas  # type: ignore[import]
         columns = {"x": self.positions[:, 0], "y": self.positions[:, 1], "z": self.positions[:, 2]}
         columns.update(zip(("qx", "qy", "qz", "qw"), self.quaternions.T))

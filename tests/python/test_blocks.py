@@ -110,7 +110,8 @@ def test_refused_changes_of_blocks_change_nothing():
             (lambda: p.set_residual(blocks[0], tandem.Prior(SE3())), tandem.BadInputError),
             (lambda: p.set_residual(limits[0], tandem.TwistComponents(1.0, "surge")), tandem.BadInputError),
             (lambda: p.set_residual(limits[:3], tandem.TwistComponents(np.ones(2), "sway heave")), ValueError),
-            (lambda: p.set_residual(blocks[0], tandem.residual(lambda a, b: a.log(), dim=6)), TypeError)):
+            (lambda: p.set_residual(blocks[0], 3.0), TypeError),
+            (lambda: p.set_residual(blocks[0], tandem.residual(lambda a, b: a.log(), dim=6)), tandem.BadInputError)):
         with pytest.raises(error) as raised:
             call()
         assert "\n" not in str(raised.value)
@@ -122,6 +123,49 @@ def test_refused_changes_of_blocks_change_nothing():
             p.set_noise(blocks[0], 1.0)
 
     p.solve(progress=change)
+
+
+@pytest.mark.parametrize("batched", [False, True])
+@pytest.mark.parametrize("hard", [False, True])
+def test_residuals_of_ones_own_are_replaced(batched, hard):
+    def distance(z):
+        def rows(x, data=None):
+            return x - (z if data is None else data)
+        return tandem.residual(rows, dim=1, name="distance", batched=batched, data=np.reshape(z, (-1, 1)) if batched else ())
+
+    p = tandem.Problem()
+    x = p.add(R1(np.zeros((4, 1))), "x")
+    own = distance(np.arange(4.0)) if batched else distance(1.0)
+    p.minimize(tandem.Prior(R1([0.0])), 1.0, x)
+    blocks = p.subject_to(own, tandem.equal_to(0), x) if hard else p.minimize(own, 1e-6, x)
+    library = p.minimize(tandem.Prior(R1([0.0])), 1.0, x)
+    released = weakref.ref(own.function)
+    q = p.copy()
+    p.solve()
+    p.set_residual(blocks, distance(np.full(4, 7.0)) if batched else distance(7.0))
+    if hard:
+        with pytest.raises(tandem.NumericalError, match="a residual has changed"):
+            p.multipliers(blocks)
+    p.set_residual(blocks[2], distance(np.array([9.0])) if batched else distance(9.0))
+    for problem in (p, p.copy()):
+        problem.solve()
+        values = np.ravel([problem.value(v).vector for v in problem.variables])
+        assert np.allclose(values, [7, 7, 9, 7], atol=1e-6)
+    q.solve()
+    assert np.allclose(q.value(q.counterpart(x)).vector.ravel(), np.arange(4.0) if batched else np.ones(4), atol=1e-6)
+    for wrong, error in ((tandem.residual(lambda v: v, dim=1, name="other"), tandem.BadInputError),
+                         (tandem.residual(lambda v: [v[0], v[0]], dim=2, name="distance"), tandem.BadInputError),
+                         (tandem.Prior(R1([1.0])), tandem.BadInputError)):
+        with pytest.raises(error, match="set_residual: the block is distance of x 0, not a residual"):
+            p.set_residual(blocks, wrong)
+    if batched:
+        with pytest.raises(ValueError, match="3 rows of data for 4 blocks"):
+            p.set_residual(blocks, distance(np.ones(3)))
+    with pytest.raises(tandem.BadInputError, match="the block is prior of x 0"):
+        p.set_residual(library, own)
+    del own, q
+    gc.collect()
+    assert released() is None  # neither problem keeps the function that was replaced
 
 
 def test_a_problem_of_a_method_of_its_owner_is_collected():

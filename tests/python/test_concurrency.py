@@ -1,5 +1,6 @@
 """Solves in threads and processes, progress and interrupts."""
 
+import _thread
 import threading
 import time
 
@@ -7,7 +8,7 @@ import numpy as np
 import pytest
 
 import tandem
-from tandem import R1
+from tandem import R1, R2
 
 from test_problem import chain
 
@@ -98,6 +99,53 @@ def test_interrupted_solve_returns_the_best_point():
 
     summary = p.solve("augmented-lagrangian", progress=progress, cost_tolerance=0.0, gradient_tolerance=1e-300)
     assert summary.status in ("interrupted", "converged") and np.isfinite(summary.cost)
+
+
+def test_damped_sqp_reports_progress_and_can_be_interrupted():
+    p = tandem.Problem()
+    x = p.add(R2([3.0, -2.0]), "x")
+    p.minimize(tandem.Prior(R2([0.5, 0.0])), 1.0, x)
+    circle = tandem.residual(lambda v: [v[0] ** 2 + v[1] ** 2], dim=1, name="circle")
+    p.subject_to(circle, tandem.equal_to(1.0), x)
+    reports, values = [], []
+
+    def progress(report):
+        reports.append(report)
+        values.append(p.value(x).vector)
+
+    q = p.copy()
+    summary = q.solve("damped-sqp")
+    assert p.solve("damped-sqp", progress=progress).iterations == summary.iterations and summary.converged
+    assert [r["iteration"] for r in reports] == list(range(len(reports))) and len(reports) == summary.iterations
+    assert reports[0]["violation"] == pytest.approx(12.0) and reports[0]["cost"] == pytest.approx(5.125)
+    assert np.array_equal(values[0], [3.0, -2.0]) and reports[1]["step"] > 0
+    for k, v in zip(reports, values):
+        assert k["violation"] == pytest.approx(abs(v @ v - 1), abs=1e-12)
+
+    for stop in (0, 2):
+        r = p.copy()
+        r.set_value(r["x"], R2([3.0, -2.0]))
+
+        def interrupted(report):
+            if report["iteration"] == stop:
+                raise KeyboardInterrupt
+
+        with pytest.warns(tandem.IncompleteWarning, match="damped-sqp: interrupted"):
+            summary = r.solve("damped-sqp", progress=interrupted)
+        assert summary.status == "interrupted" and summary.iterations == stop
+        assert np.allclose(r.value(r["x"]).vector, values[stop])
+    calls = []
+
+    def interrupts(v):
+        calls.append(1)
+        if len(calls) == 8:
+            _thread.interrupt_main()
+        return [v[0] ** 2 + v[1] ** 2]
+
+    p.set_value(x, R2([3.0, -2.0]))
+    p.set_residual(p.blocks[-1], tandem.residual(interrupts, dim=1, name="circle"))
+    with pytest.warns(tandem.IncompleteWarning, match="interrupted"):
+        assert p.solve("damped-sqp").status == "interrupted"
 
 
 def solved_cost(seed):

@@ -124,7 +124,12 @@ def test_bad_input_is_one_sentence(call, message):
     (lambda p, x: SE3(np.eye(3, dtype=object), [0, 0, 0]), ValueError, r"\(3, 3\) or \(n, 3, 3\), not .* object"),
     (lambda p, x: tandem.FitReport(p), TypeError, "FitReport: expected .* not Problem; use tandem.fit_report"),
     (lambda p, x: tandem.Summary(None), TypeError, "expected a dictionary, not NoneType"),
-    (lambda p, x: p.solve("damped-sqp", progress=print), ValueError, "reports no progress"),
+    (lambda p, x: R3(np.ma.array([1.0, 2.0, 3.0], mask=[0, 1, 0])), ValueError, "not an array with masked entries"),
+    (lambda p, x: p[0], TypeError, "expected the name of a variable, not int"),
+    (lambda p, x: tandem.fit_report(p, None), TypeError, "fit_report: expected a Problem and a dictionary"),
+    (lambda p, x: tandem.StudentT(3.0, -9), ValueError, "number of rows, at least 1, not -9"),
+    (lambda p, x: p.solve(None), TypeError, r"^solve: expected solve\(solver='auto', \*, .*option=value, ...\), not \(NoneType\)$"),
+    (lambda p, x: p.solve("damped-sqp", graduated=True), ValueError, "cannot be graduated"),
     (lambda p, x: p.solve("damped-sqp", patience=-1), ValueError, "patience"),
 ])
 def test_misuse_is_one_sentence(call, error, message):

@@ -1,11 +1,8 @@
-"""The package: docstrings, stubs, figures and notebooks."""
+"""The package: stubs, figures and notebooks."""
 
-import doctest
-import importlib
 import json
 import os
 import pathlib
-import pkgutil
 import subprocess
 import sys
 
@@ -14,34 +11,6 @@ import pytest
 import tandem
 
 EXAMPLES = pathlib.Path(__file__).resolve().parents[2] / "examples" / "python"
-
-
-def modules():
-    names = [m.name for m in pkgutil.iter_modules(tandem.__path__) if m.name != "_core"]
-    return [tandem] + [importlib.import_module("tandem." + name) for name in names]
-
-
-@pytest.mark.parametrize("module", modules(), ids=lambda m: m.__name__)
-def test_examples_in_docstrings(module):
-    failures, _ = doctest.testmod(module, extraglobs={}, optionflags=doctest.NORMALIZE_WHITESPACE)
-    assert failures == 0
-
-
-def test_examples_in_docstrings_of_the_compiled_module():
-    import numpy as np
-    from tandem import _core
-    runner = doctest.DocTestRunner(optionflags=doctest.NORMALIZE_WHITESPACE)
-    parser = doctest.DocTestParser()
-    found = 0
-    documented = dict(vars(_core))
-    for kind in vars(_core).values():
-        if isinstance(kind, type):
-            documented.update((f"{kind.__name__}.{key}", member) for key, member in vars(kind).items())
-    for name, thing in documented.items():
-        test = parser.get_doctest(getattr(thing, "__doc__", None) or "", {"np": np, "tandem": tandem}, name, None, 0)
-        found += bool(test.examples)
-        runner.run(test)
-    assert found >= 8 and runner.failures == 0
 
 
 def test_figures_of_any_result():
@@ -88,6 +57,41 @@ def test_types_of_the_package():
     pytest.importorskip("mypy")
     output = subprocess.run([sys.executable, "-m", "mypy", "-p", "tandem"], capture_output=True, text=True)
     assert output.returncode == 0, output.stdout[-3000:]
+
+
+def test_types_of_problems_follow_the_groups(tmp_path):
+    pytest.importorskip("mypy")
+    file = tmp_path / "use.py"
+    file.write_text("""
+from typing import Any, List
+import numpy as np
+import tandem
+from tandem import SE3, R3, Problem, Variable
+
+p = Problem()
+x = p.add(SE3.identity(5), "x")
+one: Variable[SE3] = x[0]
+p.minimize(tandem.Prior(SE3()), [1.0] * 6, x)
+p.minimize(tandem.RelativePose(SE3()), tandem.Gaussian(np.ones(6)), [x[:-1], x[1:]], tandem.Huber(1.0))
+p.subject_to(tandem.residual(lambda v: v, dim=1), tandem.at_most(1.0), p.add(R3()))
+translation: np.ndarray[Any, Any] = p.value(x).translation
+rows: np.ndarray[Any, Any] = tandem.Prior(SE3())(SE3())
+names: List[str] = p.solve(max_iterations=3).violated_constraints
+p.value(p["x 0"]).rotation
+wrong = [
+    p.value(x).vector,
+    p.add(3.0),
+    p.set_value(x, R3()),
+    p.minimize(SE3(), 1.0, x),
+    p.minimize(tandem.Prior(SE3()), 1.0, 5),
+    SE3().minus(SE3()).translation,
+    p.set_residual(x, tandem.Prior(SE3())),
+]
+""")
+    output = subprocess.run([sys.executable, "-m", "mypy", "--strict", file], capture_output=True, text=True)
+    lines = [int(line.split("use.py:")[1].split(":")[0]) for line in output.stdout.splitlines() if "use.py:" in line]
+    first = file.read_text().splitlines().index("wrong = [") + 2
+    assert sorted(set(lines)) == list(range(first, first + 7)), output.stdout
 
 
 def test_figures(docking, tmp_path):

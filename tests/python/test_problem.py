@@ -321,3 +321,57 @@ def test_small_things_can_be_pickled():
                   tandem.Gaussian.covariance([[2.0, 1.0], [1.0, 2.0]])):
         assert repr(pickle.loads(pickle.dumps(thing))) == repr(thing)
         assert repr(copy.deepcopy(thing)) == repr(thing)
+
+
+def same(a, b):
+    """Whether all properties are equal."""
+    if isinstance(a, np.ndarray):
+        return np.array_equal(a, b)
+    names = [k for k in dir(type(a)) if isinstance(getattr(type(a), k), property)]
+    if hasattr(a, "jr"):
+        return np.array_equal(a.parameters, b.parameters)
+    return all(same(getattr(a, k), getattr(b, k)) for k in names) if names else a == b
+
+
+def test_results_and_inputs_of_plans_and_calibrations_are_pickled():
+    remus = tandem.Vehicle("remus_100")
+    state = tandem.VehicleState(SE3.exp([1, 2, 3, 0.1, 0.2, 0.3]), [1.5, 0, 0, 0, 0, 0.1], [900.0, 0.1, 0.0])
+    sigmas = np.full(6, 0.01)
+    target = tandem.predict_target(SE3.exp([20, 0, 0, 0, 0, 0]), SE3.exp([21, 0, 0, 0, 0, 0]), 1.0, noise=sigmas, step=1.0,
+                                   steps=5)
+    points = tandem.TargetPrediction(target.poses, target.twists)
+    plan = tandem.Planner(remus, steps=5, dt=1.0).replan(tandem.VehicleState(SE3(), [1.5, 0, 0, 0, 0, 0]), target)
+    cone = tandem.Cone(0.5, SE3.exp([1, 0, 0, 0, 0, 0]), [1.0, 2.0, 3.0])
+    p = tandem.Problem()
+    blocks = p.minimize(tandem.Prior(R1(np.random.default_rng(1).normal(size=(50, 1)))), 1.0, p.add(R1([0.0])))
+    calibration = tandem.Calibration(p, {"scale": blocks})
+    for thing in (state, target, points, plan, cone, calibration, calibration.noise["scale"], remus):
+        for again in (copy.copy(thing), copy.deepcopy(thing), pickle.loads(pickle.dumps(thing))):
+            assert type(again) is type(thing) and repr(again) == repr(thing) and same(again, thing)
+    command = remus.upper * [1, 0, 0]
+    stepped = [v.step(s, command, 0.5) for v, s in ((remus, state), pickle.loads(pickle.dumps((remus, state))))]
+    assert same(*stepped)
+    planner = tandem.Planner(copy.deepcopy(remus), steps=5, dt=1.0, view=copy.deepcopy(cone), approach=cone)
+    assert planner.vehicle.name == remus.name
+
+
+def test_a_vehicle_from_a_file_is_pickled_with_its_content(tmp_path):
+    import tandem.scenario
+    file = tmp_path / "mine.yaml"
+    file.write_bytes((tandem.scenario.share("vehicles") / "remus_100.yaml").read_bytes())
+    pickled = pickle.dumps(tandem.Vehicle(file))
+    file.unlink()
+    assert pickle.loads(pickled).actuators == tandem.Vehicle("remus_100").actuators
+
+
+def test_handles_are_copied_but_not_pickled():
+    p, x, blocks, _ = chain()
+    for handle in (x, x[0], blocks):
+        assert copy.copy(handle) is handle and copy.deepcopy({"a": handle})["a"] is handle
+        with pytest.raises(TypeError, match=f"{type(handle).__name__} cannot be pickled, .* pickle the Problem"):
+            pickle.dumps(handle)
+    for thing in (tandem.Marginals(p), tandem.FixedLag(), tandem.Planner(tandem.Vehicle("remus_100"), steps=2, dt=1.0),
+                  tandem.OnlineEstimator("docking_a")):
+        for refused in (copy.copy, copy.deepcopy, pickle.dumps):
+            with pytest.raises(TypeError, match=f"cannot pickle .*{type(thing).__name__}"):
+                refused(thing)

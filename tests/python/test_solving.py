@@ -39,6 +39,70 @@ def test_failed_solves_warn_and_have_no_multipliers():
             p.solve(**options)
 
 
+@pytest.mark.parametrize("jacobian", ["difference", "complex", "given"])
+@pytest.mark.parametrize("solver", ["gauss-newton", "augmented-lagrangian", "ipopt"])
+def test_a_residual_that_becomes_undefined_for_good_never_converges(jacobian, solver):
+    for defined in range(1, 12):
+        calls = []
+
+        def rows(x, jacobians=False):
+            calls.append(1)
+            value = np.exp(x) - 5 if len(calls) <= defined else np.array([np.nan])
+            return (value, [np.exp(x)[None]]) if jacobians else value
+
+        p = tandem.Problem()
+        x = p.add(R1([60.0]), "x")
+        p.minimize(tandem.residual(rows, dim=1, name="rows", jacobian=jacobian), 1.0, x)
+        with pytest.warns(tandem.IncompleteWarning):
+            assert p.solve(solver).status == "failed"
+        assert np.isfinite(p.value(x).vector).all()
+
+
+def test_infeasible_problems_name_all_violated_constraints():
+    p = tandem.Problem()
+    x = p.add(R1([0.0]), "x")
+    y = p.add(R1([[0.0], [0.0], [5.0]]), "y")
+    p.minimize(tandem.Prior(R1([0.0])), 1.0, y)
+    p.subject_to(tandem.Prior(R1([0.0])), tandem.at_least(1.0), x)
+    p.subject_to(tandem.Prior(R1([0.0])), tandem.at_most(-2.0), x)
+    p.subject_to(tandem.Prior(R1([0.0])), tandem.at_most(6.0), y[2])
+    p.fix(y)
+    p.subject_to(tandem.RelativePose(R1([0.0])), tandem.between(-0.5, 0.5), [y[0], y[2]])
+    for solver in ("augmented-lagrangian", "ipopt"):
+        with pytest.warns(tandem.IncompleteWarning):
+            summary = p.solve(solver)
+        assert summary.status == "infeasible"
+        assert summary.violated_constraints[0] == summary.worst_constraint == "relative pose of y 0, y 2"
+        assert sorted(summary.violated_constraints[1:]) == ["prior of x", "prior of x"]  # x = 0 violates both
+        with pytest.raises(tandem.InfeasibleError) as raised:
+            summary.require_converged()
+        assert list(raised.value.constraints) == summary.violated_constraints
+    p.fix(y, False)
+    for solver in ("augmented-lagrangian", "ipopt"):
+        with pytest.warns(tandem.IncompleteWarning):
+            summary = p.solve(solver)
+        assert summary.status == "infeasible" and summary.violated_constraints == ["prior of x"] * 2
+        assert pickle.loads(pickle.dumps(summary)).violated_constraints == summary.violated_constraints
+    q = tandem.Problem()
+    q.subject_to(tandem.Prior(R1([0.0])), tandem.at_least(1.0), q.add(R1([0.0]), "x"))
+    assert q.solve().violated_constraints == []
+
+
+def test_unobservable_directions_that_are_not_named_are_counted():
+    p = tandem.Problem()
+    x = p.add(tandem.R3.identity(20), "x")
+    p.minimize(tandem.Prior(tandem.R3([1, 2, 3])), 1.0, x[0])
+    p.minimize(tandem.RelativePose(tandem.R3([1, 0, 0])), 1.0, [x[1], x[2]])
+    p.minimize(tandem.Range(1.0), 1.0, [p.add(tandem.R3([0, 0, 1]), "origin"), x[3]])
+    found = p.solve().unobservable
+    named = sum(len(directions) for name, directions in found.items() if name != "others")
+    count = 3 + 5 + 3 * 16  # the pair, the range and the free variables
+    assert found["others"] == [f"up to {count - 6} further directions"] and 6 <= named < 12
+    q = tandem.Problem()
+    q.minimize(tandem.RelativePose(tandem.R3([1, 0, 0])), 1.0, [q.add(tandem.R3(), "a"), q.add(tandem.R3(), "b")])
+    assert set(q.solve().unobservable) == {"a", "b"}
+
+
 def test_marginals_far_from_the_minimum_are_not_much_slower():
     n = 3000
     p = tandem.Problem()
