@@ -327,6 +327,8 @@ def same(a, b):
     """Whether all properties are equal."""
     if isinstance(a, np.ndarray):
         return np.array_equal(a, b)
+    if isinstance(a, dict):
+        return a.keys() == b.keys() and all(same(a[k], b[k]) for k in a)
     names = [k for k in dir(type(a)) if isinstance(getattr(type(a), k), property)]
     if hasattr(a, "jr"):
         return np.array_equal(a.parameters, b.parameters)
