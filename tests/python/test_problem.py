@@ -353,7 +353,7 @@ def test_results_and_inputs_of_plans_and_calibrations_are_pickled():
     command = remus.upper * [1, 0, 0]
     stepped = [v.step(s, command, 0.5) for v, s in ((remus, state), pickle.loads(pickle.dumps((remus, state))))]
     assert same(*stepped)
-    planner = tandem.Planner(copy.deepcopy(remus), steps=5, dt=1.0, view=copy.deepcopy(cone))
+    planner = tandem.Planner(copy.deepcopy(remus), steps=5, dt=1.0)
     assert planner.vehicle.name == remus.name
 
 
