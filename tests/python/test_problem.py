@@ -327,6 +327,8 @@ def same(a, b):
     """Whether all properties are equal."""
     if isinstance(a, np.ndarray):
         return np.array_equal(a, b)
+    if isinstance(a, dict):
+        return a.keys() == b.keys() and all(same(a[k], b[k]) for k in a)
     names = [k for k in dir(type(a)) if isinstance(getattr(type(a), k), property)]
     if hasattr(a, "jr"):
         return np.array_equal(a.parameters, b.parameters)
@@ -351,7 +353,7 @@ def test_results_and_inputs_of_plans_and_calibrations_are_pickled():
     command = remus.upper * [1, 0, 0]
     stepped = [v.step(s, command, 0.5) for v, s in ((remus, state), pickle.loads(pickle.dumps((remus, state))))]
     assert same(*stepped)
-    planner = tandem.Planner(copy.deepcopy(remus), steps=5, dt=1.0, view=copy.deepcopy(cone), approach=cone)
+    planner = tandem.Planner(copy.deepcopy(remus), steps=5, dt=1.0)
     assert planner.vehicle.name == remus.name
 
 
