@@ -41,7 +41,8 @@ std::vector<detail::HealthMonitor::Sensor> monitored_sensors(const TrackingData&
   if (ego)
     for (const EgoSensor& sensor : ego->sensors) {
       const bool only_gps = !ego->imu && sensor.type->reading == EgoReading::orientation;
-      sensors.push_back({sensor.name, int(sensor.type->reading), only_gps ? gps : motion});
+      sensors.push_back({sensor.name, int(sensor.type->reading), only_gps ? gps : motion,
+                         sensor.type->reading != EgoReading::body_vector});
     }
   for (const TargetSensor& sensor : tracking.sensors) sensors.push_back({sensor.name, kTargetSubject});
   return sensors;

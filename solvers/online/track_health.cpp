@@ -29,8 +29,11 @@ namespace {
 
 constexpr std::size_t kMaxVerdicts = 4096;
 constexpr std::size_t kMinUpdates = 10;
-constexpr double kAbsence = 30;    // s
-constexpr std::size_t kWorst = 5;  // measurements
+constexpr double kAbsence = 30;      // s
+constexpr double kStart = 60;        // s; first measurements, which later ones may outvote
+constexpr double kSteady = 1.5;      // largest change of innovations that come from one wrong offset
+constexpr std::size_t kDispute = 4;  // a sensor is disputed if it rejects more than 1/kDispute of what it used
+constexpr std::size_t kWorst = 5;    // measurements
 
 void add_innovation(SensorHealth& s, double t, const NormalizedInnovation& innovation) {
   const Eigen::VectorXd& e = innovation.standardised;
@@ -50,7 +53,12 @@ void add_innovation(SensorHealth& s, double t, const NormalizedInnovation& innov
 }  // namespace
 
 HealthMonitor::HealthMonitor(const std::vector<Sensor>& sensors, const ResetOptions& options)
-    : options_(options), sensors_(sensors), rejected_since_(sensors.size()), verdicts_(sensors.size()) {
+    : options_(options),
+      sensors_(sensors),
+      rejected_since_(sensors.size()),
+      first_used_(sensors.size()),
+      rejected_by_(sensors.size()),
+      verdicts_(sensors.size()) {
   for (const Sensor& sensor : sensors) {
     health_.sensors.push_back({.name = sensor.name, .last_received = {}, .last_used = {}, .sigmas = {}});
   }
@@ -67,6 +75,7 @@ void HealthMonitor::used(std::size_t sensor, double t, const NormalizedInnovatio
   s.rejected_in_a_row = 0;
   rejected_since_[sensor].reset();
   s.last_used = std::max(s.last_used.value_or(t), t);
+  if (!first_used_[sensor]) first_used_[sensor] = t;
   s.sigmas = innovation.sigmas;
   s.nis += innovation.nis;
   s.nis_rows += innovation.rows;
@@ -79,6 +88,9 @@ void HealthMonitor::used(std::size_t sensor, double t, const NormalizedInnovatio
 void HealthMonitor::rejected(std::size_t sensor, double t, double sigmas) {
   SensorHealth& s = health_.sensors[sensor];
   ++s.rejected;
+  Offset& by = rejected_by_[sensor];
+  if (s.rejected_in_a_row == 0) by = {sigmas, sigmas};
+  by = {std::min(by.least, sigmas), sigmas, by.constant && sigmas <= kSteady * by.least && by.last <= kSteady * sigmas};
   ++s.rejected_in_a_row;
   s.sigmas = sigmas;
   if (!rejected_since_[sensor]) rejected_since_[sensor] = t;
@@ -119,9 +131,26 @@ bool HealthMonitor::must_reset_to(std::size_t sensor) const {
   if (!since) return false;
   const SensorHealth& own = health_.sensors[sensor];
   const bool was_absent = !own.last_used || rejected_since_[sensor].value_or(*since) - *own.last_used > kAbsence;
-  // The estimate may have started from a wrong measurement, which agrees with the motion that other sensors measure.
-  const bool outvoted = own.used < std::size_t(options_.rejections) && own.rejected_in_a_row > own.used;
-  return !is_confirmed(sensor, *since, was_absent || outvoted);
+  return !is_confirmed(sensor, *since, was_absent || outvotes_its_start(sensor));
+}
+
+bool HealthMonitor::outvotes_its_start(std::size_t sensor) const {
+  // Wrong first measurements agree with the motion that other sensors measure, and the later ones do so, too.
+  const SensorHealth& own = health_.sensors[sensor];
+  if (own.rejected_in_a_row <= own.used) return false;
+  if (own.used < std::size_t(options_.rejections)) return true;
+  return sensors_[sensor].absolute && first_used_[sensor] && *own.last_used - *first_used_[sensor] <= kStart &&
+         rejected_by_[sensor].constant;
+}
+
+bool HealthMonitor::is_disputed(double t) const {
+  for (std::size_t i = 0; i < sensors_.size(); ++i) {
+    const SensorHealth& own = health_.sensors[i];
+    if (sensors_[i].subject < 0 || !sensors_[i].absolute) continue;
+    if (own.rejected_in_a_row < std::size_t(options_.rejections)) continue;
+    if (kDispute * own.rejected_in_a_row > own.used && other_agreeing_sensors(i, t).empty()) return true;
+  }
+  return false;
 }
 
 bool HealthMonitor::contradicts(std::size_t sensor, double t) const {
@@ -194,10 +223,10 @@ OutputHealth HealthMonitor::output(double t, std::optional<double> aided, bool o
   if (adopted && is_confirmed(adopted->sensor, adopted->t, false)) adopted.reset();
   const double age = std::max(0.0, t - *aided);
   const double bad = std::max(age, t - health_.unconverged_since.value_or(t));
-  const OutputState state = bad > options_.invalid_after ? OutputState::invalid
-                            : age > options_.lost_after  ? OutputState::lost
-                            : adopted                    ? OutputState::unconfirmed
-                                                         : OutputState::aided;
+  const OutputState state = bad > options_.invalid_after                ? OutputState::invalid
+                            : age > options_.lost_after                 ? OutputState::lost
+                            : adopted || (!of_target && is_disputed(t)) ? OutputState::unconfirmed
+                                                                        : OutputState::aided;
   return {state, age};
 }
 
@@ -220,6 +249,7 @@ void HealthMonitor::forget_times() {
     sensor.last_used.reset();
   }
   for (auto& since : rejected_since_) since.reset();
+  for (auto& first : first_used_) first.reset();
   for (auto& adopted : adopted_) adopted.reset();
   health_.unconverged_since.reset();
 }

@@ -70,7 +70,7 @@ enum class OutputState {
   lost,     ///< no recent measurement: dead reckoning or prediction
   invalid,  ///< lost for too long, or updates do not converge: do not use
   /// Recent measurements were used, but the estimate was reset to a sensor that contradicted it, and no other sensor
-  /// has confirmed this one since.
+  /// has confirmed this one since. Or a position, height or heading comes from a single sensor that now contradicts it.
   unconfirmed,
 };
 
@@ -130,6 +130,9 @@ class HealthMonitor {
     std::string name;
     int subject;
     unsigned confirmed_by = 0;  ///< bits of other subjects
+    /// Whether it measures a position, height or orientation. Sensors of motion do not show which of its values are
+    /// right if it jumps.
+    bool absolute = false;
   };
   HealthMonitor(const std::vector<Sensor>& sensors, const ResetOptions& options);
 
@@ -144,7 +147,8 @@ class HealthMonitor {
   /// Returns whether the estimate must be reset to a sensor that contradicts it. This is not the case if another sensor
   /// confirms the estimate: a sensor that was used before and now contradicts the others is wrong, no matter how long.
   /// Only sensors of the same subject count after an absence of the sensor, since the estimate had no measurement of
-  /// this kind, and if more of its measurements were rejected in a row than the few that were used at all.
+  /// this kind, and if the sensor outvotes its first measurements: more of them were rejected in a row, by a constant
+  /// amount, than were used at all, and these were the first ones.
   bool must_reset_to(std::size_t sensor) const;
 
   /// Returns the time since which sensors of at least two subjects have contradicted the estimate without a break [s],
@@ -210,11 +214,25 @@ class HealthMonitor {
     std::size_t sensor;
     double t;  // s
   };
+  /// Returns whether the first measurements of the sensor were probably wrong.
+  bool outvotes_its_start(std::size_t sensor) const;
+  /// Returns whether an own sensor contradicts measurements of itself that alone determine a position, height or
+  /// orientation.
+  bool is_disputed(double t) const;
+
+  /// Innovations of the measurements rejected in a row [standard deviations]. Those of one wrong offset change slowly,
+  /// and do not grow, since the standard deviations grow without measurements.
+  struct Offset {
+    double least = 0, last = 0;
+    bool constant = true;
+  };
   std::optional<Adopted> adopted_[2];  // by the chaser and by the target
   std::vector<Sensor> sensors_;
   std::vector<std::optional<double>>
-      rejected_since_;                         // per sensor: first rejection after the last used measurement [s]
-  std::vector<std::deque<Verdict>> verdicts_;  // per sensor: the last rejection_window, or those within reset_after
+      rejected_since_;                             // per sensor: first rejection after the last used measurement [s]
+  std::vector<std::optional<double>> first_used_;  // per sensor [s]
+  std::vector<Offset> rejected_by_;                // per sensor
+  std::vector<std::deque<Verdict>> verdicts_;      // per sensor: the last rejection_window, or those within reset_after
   TrackHealth health_;
   std::size_t unconverged_ = 0;  // successive unconverged updates
 };

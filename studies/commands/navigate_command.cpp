@@ -8,6 +8,7 @@
 #include <tandem/studies/commands/output.hpp>
 #include <tandem/studies/commands/problem_options.hpp>
 #include <tandem/studies/commands/solver_options.hpp>
+#include <tandem/studies/navigation/likely_own_causes.hpp>
 #include <tandem/studies/navigation_results/navigation_files.hpp>
 #include <tandem/studies/navigation_results/navigation_report.hpp>
 #include <tandem/studies/scenario/scenario_ego.hpp>
@@ -82,6 +83,8 @@ int run_navigate(const NavigateRequest& request) {
     const WatchedSolve watched(options.solver, request.output);
     study.navigation = navigate(data, options);
   }
+  stop.limit(options.solver);
+  study.causes = likely_own_causes(data, options, study.navigation, study.scenario.frame);
   study.comparison = compare_with_truth(study.navigation, study.scenario);
 
   Results results;

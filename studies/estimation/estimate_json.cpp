@@ -63,16 +63,6 @@ JsonFields<SuspectedOutlier> suspect_fields() {
            [](const S& s) { return s.sigmas; });
 }
 
-JsonFields<LikelyCause> cause_fields() {
-  using C = LikelyCause;
-  return JsonFields<C>()
-      .add("sensor", "name of the sensor", [](const C& c) { return c.sensor; })
-      .add("text", "the mistake in words", [](const C& c) { return c.text; })
-      .add("cost_before", "cost of the part of the recording with the sensor's first measurements",
-           [](const C& c) { return c.before; })
-      .add("cost_after", "cost of this part if the mistake is corrected", [](const C& c) { return c.after; });
-}
-
 JsonFields<Estimate> estimate_fields() {
   using E = Estimate;
   return JsonFields<E>()
@@ -144,7 +134,7 @@ JsonFields<Estimate> estimate_fields() {
       .add_object("fit", "agreement of the solution with the data and the stated noise", fit_fields(),
                   [](const E& e) -> const FitReport& { return e.fit; })
       .add_list("likely_causes", "mistakes in the data that would explain misfits, the best first by sensor",
-                cause_fields(), [](const E& e) -> const std::vector<LikelyCause>& { return e.causes; })
+                likely_cause_fields(), [](const E& e) -> const std::vector<LikelyCause>& { return e.causes; })
       .add_list("suspects", "suspected outliers, worst first", suspect_fields(),
                 [](const E& e) -> const std::vector<SuspectedOutlier>& { return e.suspects; })
       .add("unmeasured_orientation", "a sentence if the target has an orientation that no sensor measures",

@@ -193,10 +193,7 @@ std::string report(const Estimate& estimate) {
   for (const DelayFit& fit : estimate.delays) text += "\n" + tandem::text(fit);
   if (const std::string constants = systematic_errors_text(estimate.constants); !constants.empty())
     text += "\n" + constants;
-  text += "\n" + fit_text(estimate.fit);
-  for (const LikelyCause& cause : estimate.causes)
-    text += fmt::format("Likely cause: {}: {} (cost of the first part {:.6g}, without this change {:.6g}).\n",
-                        cause.sensor, cause.text, cause.after, cause.before);
+  text += "\n" + fit_text(estimate.fit) + likely_causes_text(estimate.causes);
   text += warnings(estimate) + states_at_text(estimate.at);
   if (!estimate.why_no_uncertainty.empty()) text += fmt::format("\nNo covariances: {}\n", estimate.why_no_uncertainty);
   return text;

@@ -1,11 +1,7 @@
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <functional>
 #include <numbers>
 #include <optional>
-
-#include <fmt/format.h>
 
 #include <tandem/solvers/gauss_newton.hpp>
 #include <tandem/studies/estimation/likely_causes.hpp>
@@ -16,80 +12,52 @@ namespace {
 constexpr std::size_t kMeasurements = 60;      // measurements of the misfit sensor in the part that is solved
 constexpr std::size_t kAllMeasurements = 300;  // measurements of all sensors in that part
 constexpr int kIterations = 30;                // iterations of each trial, whose cost needs little accuracy
-constexpr double kMinGain = 1.0 / 3;
-constexpr std::size_t kMaxCauses = 3;
 
-/// A mistake that users make: its text, and the change of the sensor that corrects it.
-struct Hypothesis {
-  std::string text;
-  std::function<void(TargetSensor&)> mend;
-};
-
-template <class Change>
-Hypothesis by_measurement(std::string text, Change change) {
-  return {std::move(text), [change](TargetSensor& sensor) {
-            for (Measurement& m : sensor.measurements) change(m);
-          }};
-}
-
-/// Axes that the data of a sensor may have instead of forward, left, up. Each row is a signed unit vector.
-std::vector<std::pair<std::string, Matrix<3, 3>>> axes() {
-  const auto rows = [](const Vector<3>& a, const Vector<3>& b, const Vector<3>& c) {
-    Matrix<3, 3> A;
-    A << a.transpose(), b.transpose(), c.transpose();
-    return A;
+/// Returns mistakes that users make with sensor `i`.
+std::vector<Mistake<TrackingData>> mistakes(const TrackingData& data, std::size_t i, const Frame& frame) {
+  const TargetSensor& sensor = data.sensors[i];
+  const bool planar = data.planar;
+  std::vector<Mistake<TrackingData>> all;
+  const auto add = [&](std::string text, auto mend) {
+    all.push_back({sensor.name, std::move(text), [i, mend](TrackingData& d) { mend(d.sensors[i]); }});
   };
-  const Vector<3> x = Vector<3>::UnitX(), y = Vector<3>::UnitY(), z = Vector<3>::UnitZ();
-  return {{"y and z are negated (axes forward, right, down)", rows(x, -y, -z)},
-          {"z is negated", rows(x, y, -z)},
-          {"y is negated", rows(x, -y, z)},
-          {"x is negated", rows(-x, y, z)},
-          {"x and y are negated", rows(-x, -y, z)},
-          {"x and z are negated", rows(-x, y, -z)},
-          {"x and y are swapped", rows(y, x, z)},
-          {"x and y are swapped and z is negated (north, east, down)", rows(y, x, -z)},
-          {"the axes are right, down, forward (a camera's)", rows(z, -x, -y)},
-          {"the axes are right, forward, up", rows(y, -x, z)},
-          {"x and z are swapped", rows(z, y, x)},
-          {"y and z are swapped", rows(x, z, y)}};
-}
-
-std::vector<Hypothesis> hypotheses(const TargetSensor& sensor, bool planar) {
-  std::vector<Hypothesis> all;
+  const auto by_measurement = [&](std::string text, auto change) {
+    add(std::move(text), [change](TargetSensor& s) {
+      for (Measurement& m : s.measurements) change(m);
+    });
+  };
   const SensorType type = sensor.type;
   const bool position = type->has(measured::position), rotation = type->has(measured::rotation);
   const bool angles = type->has(measured::direction | measured::angles);
   if (rotation && !planar) {
-    all.push_back(by_measurement("quaternions are ordered w x y z", [](Measurement& m) {
-      const Eigen::Quaterniond q = m.rotation.quaternion();
-      m.rotation = SO3(Eigen::Quaterniond(q.x(), q.y(), q.z(), q.w()));  // read as x y z w
-    }));
-    all.push_back(by_measurement("quaternions are inverted (sensor in target)",
-                                 [](Measurement& m) { m.rotation = m.rotation.inverse(); }));
+    by_measurement(kQuaternionOrder,
+                   [frame](Measurement& m) { m.rotation = frame.body(ordered_w_first(frame.body(m.rotation))); });
+    by_measurement("quaternions are inverted (sensor in target)",
+                   [](Measurement& m) { m.rotation = m.rotation.inverse(); });
   }
   if (rotation && position)
-    all.push_back(by_measurement("poses are inverted (sensor in target)", [](Measurement& m) {
+    by_measurement("poses are inverted (sensor in target)", [](Measurement& m) {
       const SE3 inverse = SE3(m.rotation, m.position).inverse();
       m.rotation = inverse.rotation();
       m.position = inverse.translation();
-    }));
+    });
   if (position)
-    for (const auto& [text, A] : axes()) {
+    for (const auto& [text, A] : mistaken_axes(frame.body_axes())) {
       if (planar && A.col(2) != Vector<3>(0, 0, 1)) continue;
-      all.push_back(by_measurement(text, [A = A](Measurement& m) { m.position = A * m.position; }));
+      by_measurement(text, [A = A](Measurement& m) { m.position = A * m.position; });
       if (rotation && A.determinant() > 0)
-        all.push_back(by_measurement(text + ", also of orientations", [A = A](Measurement& m) {
+        by_measurement(text + ", also of orientations", [A = A](Measurement& m) {
           const SO3 turn = SO3(A);
           m.position = A * m.position;
           m.rotation = turn * m.rotation * turn.inverse();
-        }));
+        });
     }
   if (angles) {
     const auto change = [&](const char* text, auto azimuth, auto elevation) {
-      all.push_back(by_measurement(text, [azimuth, elevation](Measurement& m) {
+      by_measurement(text, [azimuth, elevation](Measurement& m) {
         m.azimuth = azimuth(m.azimuth);
         m.elevation = elevation(m.elevation);
-      }));
+      });
     };
     const auto same = [](double a) { return a; };
     const auto negated = [](double a) { return -a; };
@@ -101,18 +69,15 @@ std::vector<Hypothesis> hypotheses(const TargetSensor& sensor, bool planar) {
     change("angles increase clockwise and elevations have the opposite sign", negated, negated);
     change("angles are measured clockwise from the y axis", compass, same);
   }
-  for (const double delay : {0.2, -0.2, 0.5, -0.5, 1.0, -1.0, 2.0, -2.0, 4.0})
-    all.push_back({fmt::format("its stamps are {:.1f} s too {}", std::abs(delay), delay > 0 ? "late" : "early"),
-                   [delay](TargetSensor& s) { s.delay += delay; }});
+  for (const double delay : kMistakenDelays)
+    add(mistaken_delay_text(delay), [delay](TargetSensor& s) { s.delay += delay; });
   const auto with_error = [&](const char* text, const SystematicError& error) {
     TargetSensor trial = sensor;
     trial.error = error;
-    if (!sensor.error && why_unsupported(trial).empty())
-      all.push_back({text, [error](TargetSensor& s) { s.error = error; }});
+    if (!sensor.error && why_unsupported(trial).empty()) add(text, [error](TargetSensor& s) { s.error = error; });
   };
-  constexpr double kWide = 30;  // prior of the bias, relative to the sensor's noise
-  with_error("it has a constant bias, or a wrong lever arm", {.bias_sigma = kWide * sensor.sigma});
-  with_error("it is misaligned", {.misalignment_sigma = 0.5});
+  with_error(kMistakenLeverArm, {.bias_sigma = kWideBias * sensor.sigma});
+  with_error(kMisaligned, {.misalignment_sigma = kWideMisalignment});
   return all;
 }
 
@@ -164,23 +129,9 @@ std::vector<LikelyCause> likely_causes(const Scenario& scenario, const TrackingO
   std::vector<LikelyCause> causes;
   for (std::size_t i = 0; i < scenario.data.sensors.size() && i < fit.sensors.size(); ++i) {
     if (fit.sensors[i].misfit().empty() || scenario.data.sensors[i].measurements.empty() || scenario.data.ego) continue;
-    std::vector<LikelyCause> of_sensor;
-    try {
-      const TrackingData part = part_with(scenario.data, i);
-      const std::optional<double> before = solved_cost(part, options, stop);
-      if (!before) continue;
-      for (const Hypothesis& hypothesis : hypotheses(scenario.data.sensors[i], scenario.data.planar)) {
-        TrackingData changed = part;
-        hypothesis.mend(changed.sensors[i]);
-        const std::optional<double> after = solved_cost(changed, options, stop);
-        if (after && *after < (1 - kMinGain) * *before)
-          of_sensor.push_back({scenario.data.sensors[i].name, hypothesis.text, *before, *after});
-      }
-    } catch (const Stopped&) {  // the causes found so far are returned
-    }
-    std::stable_sort(of_sensor.begin(), of_sensor.end(),
-                     [](const LikelyCause& a, const LikelyCause& b) { return a.after < b.after; });
-    of_sensor.resize(std::min(of_sensor.size(), kMaxCauses));
+    const std::vector<LikelyCause> of_sensor =
+        explaining(mistakes(scenario.data, i, scenario.frame), part_with(scenario.data, i),
+                   [&](const TrackingData& part) { return solved_cost(part, options, stop); });
     causes.insert(causes.end(), of_sensor.begin(), of_sensor.end());
   }
   return causes;

@@ -1,20 +1,13 @@
 #pragma once
 
-#include <string>
 #include <vector>
 
 #include <tandem/problem/stop.hpp>
 #include <tandem/solvers/fit_report.hpp>
+#include <tandem/studies/fit/likely_cause.hpp>
 #include <tandem/studies/scenario/scenario.hpp>
 
 namespace tandem {
-
-/// A change of a sensor's data or settings that explains its misfit.
-struct LikelyCause {
-  std::string sensor;
-  std::string text;              ///< "quaternions are ordered w x y z"
-  double before = 0, after = 0;  ///< cost of a part of the recording without and with the change
-};
 
 /// Tries common mistakes for each target sensor with a misfit: axes swapped or negated, quaternion order, inverted
 /// pose, degrees, compass angles, a delay, a bias (lever arm), a misalignment. Each is a solve of the part of the

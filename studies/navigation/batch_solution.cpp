@@ -73,6 +73,7 @@ BatchSolution::BatchSolution(const NavigationData& data, Imu imu, const Alignmen
   // Without an IMU, there are no biases that need a long window, and every measurement makes a keyframe.
   online.lag.window = data.imu ? options.first_pass : std::min(options.first_pass, kWindowWithoutImu);
   online.start = start;
+  if (!options.gated_first_pass) online.reset = ResetOptions::never();
   if (imu == Imu::trusted) online.reset.reset_after = HUGE_VAL;
   OnlineEstimator estimator(TrackingData(), online_settings(data), online);
   // Each state counts as it leaves the window.

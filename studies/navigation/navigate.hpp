@@ -51,6 +51,9 @@ struct NavigationOptions {
   bool vibration = false;
   /// Rejects measurements that contradict the others (GrossErrors).
   bool reject_gross_errors = true;
+  /// The fixed-lag smoother rejects measurements outside its gate, restarts, and excludes a wrong IMU. If false, it uses
+  /// all data, which is faster if they contradict each other.
+  bool gated_first_pass = true;
   std::vector<double> at{};  ///< Times of Navigation::at [s].
   /// Called with the batch problem before each solve. Problems differ in delays and in the biases of the
   /// preintegration.

@@ -212,6 +212,8 @@ JsonFields<Study> navigation_fields() {
            })
       .add_object("fit", "agreement of the solution with the data and the stated noise", fit_fields(),
                   [](const Study& s) -> const FitReport& { return s.navigation.fit; })
+      .add_list("likely_causes", "mistakes in the data that would explain misfits, the best first",
+                likely_cause_fields(), [](const Study& s) -> const std::vector<LikelyCause>& { return s.causes; })
       .add("no_covariance", "why there are no covariances", [](const Study& s) {
         const std::string& why = s.navigation.why_no_covariance;
         return why.empty() ? std::nullopt : std::optional(why);

@@ -229,8 +229,8 @@ std::string navigation_report(const NavigationStudy& study) {
                       summary.seconds,
                       navigation.solves > 1 ? fmt::format(", the last of {} solves", navigation.solves) : "");
   if (!summary.converged()) text += fmt::format("NOT CONVERGED: {}\n", summary.message);
-  text += "\n" + sensor_table(navigation) + "\n" + fit_text(navigation.fit) + "\n" + error_table(study) +
-          consistency(study) + outage_table(study.comparison) + calibration(study);
+  text += "\n" + sensor_table(navigation) + "\n" + fit_text(navigation.fit) + likely_causes_text(study.causes) + "\n" +
+          error_table(study) + consistency(study) + outage_table(study.comparison) + calibration(study);
   text += states_at_text(navigation.at);
   if (!navigation.why_no_covariance.empty())
     text += fmt::format("\nNo covariances: {}\n", navigation.why_no_covariance);

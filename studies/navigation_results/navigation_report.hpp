@@ -3,6 +3,7 @@
 #include <optional>
 #include <string>
 
+#include <tandem/studies/fit/likely_cause.hpp>
 #include <tandem/studies/navigation/fit_delay.hpp>
 #include <tandem/studies/navigation_results/navigation_metrics.hpp>
 #include <tandem/studies/support/file_description.hpp>
@@ -15,8 +16,9 @@ struct NavigationStudy {
   EgoOptions options;
   Navigation navigation;
   NavigationComparison comparison;
-  std::vector<DelayFit> delays;  ///< fitted delays
-  std::optional<double> after;   ///< adds a summary of the errors from this time after the first keyframe on [s]
+  std::vector<DelayFit> delays;     ///< fitted delays
+  std::vector<LikelyCause> causes;  ///< mistakes in the data that would explain misfits
+  std::optional<double> after;      ///< adds a summary of the errors from this time after the first keyframe on [s]
 };
 
 /// Use of the data of one sensor.

@@ -66,7 +66,7 @@ CsvTable<TrackRow> track_columns(const std::vector<double>& ahead, const std::ve
            [](const TrackRow& r) { return r.record.health.suspensions; })
       .add("chaser_output",
            "aided; lost: no aiding measurement for --lost-after; invalid: no aiding measurement or no converged update "
-           "for --invalid-after; unconfirmed: reset to a sensor that contradicted the estimate; no other confirms it",
+           "for --invalid-after; unconfirmed: a sensor contradicted the estimate, and no other confirms it",
            [](const TrackRow& r) { return name(r.record.health.chaser.state); })
       .add("target_output", "as chaser_output; none: there is no target yet",
            [](const TrackRow& r) { return name(r.record.health.target.state); });

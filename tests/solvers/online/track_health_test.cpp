@@ -56,7 +56,7 @@ TEST(TrackHealth, ASensorThatContradictsTheOthersDoesNotWinByPersisting) {
   constexpr unsigned motion = (1u << 1) | (1u << 2);
   const std::vector<HealthMonitor::Sensor> sensors{{"gps", 1, motion}, {"dvl", 2, motion}, {"depth", 3, motion}};
   HealthMonitor m(sensors, {}), absent(sensors, {}), both(sensors, {}), height(sensors, {});
-  for (int i = 0; i < 3; ++i) m.used(kGps, 0.1 * i, {.sigmas = 1});
+  for (int i = -70; i < 1; ++i) m.used(kGps, i, {.sigmas = 1});
   absent.used(kGps, 0, {.sigmas = 1});
   for (int i = 1; i < 600; ++i) {
     m.rejected(kGps, i, 9);
@@ -85,6 +85,26 @@ TEST(TrackHealth, AWrongFirstMeasurementIsOutvotedByTheFollowingOnes) {
   }
   for (int i = 7; i < 10; ++i) m.rejected(0, i, 300);
   EXPECT_TRUE(m.must_reset_to(0));
+}
+
+/// The same holds for many wrong first heights. Until then, nothing confirms the output.
+TEST(TrackHealth, WrongFirstMeasurementsAreOutvotedByMoreLaterOnes) {
+  const auto monitor_after = [](double scatter) {
+    HealthMonitor m({{"depth", 1, 1u << 2, true}, {"dvl", 2, 1u << 1}}, {});
+    for (int i = 0; i < 30; ++i) m.used(0, i, {.sigmas = 1});
+    for (int i = 30; i < 60; ++i) {
+      m.rejected(0, i, i % 2 ? 300 : 300 * scatter);
+      m.used(1, i, {.sigmas = 1});
+      m.update_outputs(i, i, {});
+      EXPECT_FALSE(m.must_reset_to(0)) << i;
+      EXPECT_EQ(m.health().chaser.state, i < 37 ? OutputState::aided : OutputState::unconfirmed) << i;
+    }
+    m.rejected(0, 60, 300);
+    m.used(1, 60, {.sigmas = 1});
+    return m;
+  };
+  EXPECT_TRUE(monitor_after(1).must_reset_to(0));
+  EXPECT_FALSE(monitor_after(3).must_reset_to(0)) << "the later heights contradict each other";
 }
 
 TEST(TrackHealth, SensorsOfSeveralSubjectsContradictTogether) {
