@@ -219,6 +219,7 @@ std::string SensorFit::misfit() const {
   if (contested() > kMaxContested)
     say(std::to_string(rejected + down_weighted) + " of " + std::to_string(used + rejected) +
         " measurements are rejected or down-weighted (" + text("%.0f", expected_down_weighted) + " expected)");
+  if (!likely_mistake.empty()) say("probably " + likely_mistake);
   return found;
 }
 

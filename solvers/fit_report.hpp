@@ -55,6 +55,7 @@ struct SensorFit {
   std::vector<ResidualMoments> moments;              ///< by component; of an online estimator, which keeps no series
   std::vector<ResidualSeries> down_weighted_series;  ///< by component; the down-weighted measurements only
   std::vector<double> rejected_at;                   ///< JudgedSensor::rejected [s]
+  std::string likely_mistake;           ///< in the data, whose correction lowers the cost; set by the caller
   std::vector<WorstMeasurement> worst;  ///< at most five, the largest residual first; down-weighted ones included
 
   /// Returns the component with the largest root mean square.
@@ -62,8 +63,8 @@ struct SensorFit {
   /// Returns the share of measurements that are rejected, or down-weighted beyond expectation.
   double contested() const;
   /// Returns the misfits in words, for example "ry is 38 times its standard deviation", or an empty string if the
-  /// residuals agree with the stated noise. The rules: the root mean square of a component is above 2, or a tenth of
-  /// the measurements is contested.
+  /// residuals agree with the stated noise. The rules: the root mean square of a component is above 2, a tenth of the
+  /// measurements is contested, or there is a likely mistake.
   std::string misfit() const;
 };
 

@@ -242,6 +242,11 @@ Estimate estimate(const Scenario& scenario, const TrackingOptions& options, cons
   if (result.fit.sensors.empty())
     result.fit = fit_report(problem, judged.sensors, judged.blocks, nullptr, judged.noises);
   result.causes = likely_causes(scenario, options, result.fit, stop);
+  for (SensorFit& sensor : result.fit.sensors) {
+    const auto cause = std::find_if(result.causes.begin(), result.causes.end(),
+                                    [&](const LikelyCause& c) { return c.sensor == sensor.name; });
+    if (cause != result.causes.end() && sensor.misfit().empty()) sensor.likely_mistake = cause->text;
+  }
   add_ego(scenario.data, tracking, result);
   result.keyframes = std::move(tracking.keyframes);
   return result;

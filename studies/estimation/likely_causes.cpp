@@ -12,9 +12,14 @@ namespace {
 constexpr std::size_t kMeasurements = 60;      // measurements of the misfit sensor in the part that is solved
 constexpr std::size_t kAllMeasurements = 300;  // measurements of all sensors in that part
 constexpr int kIterations = 30;                // iterations of each trial, whose cost needs little accuracy
+// Residuals without a misfit are suspicious if their root mean square exceeds 1 by this value and by this number of
+// standard errors. A flexible motion model may hide wrong axes so far.
+constexpr double kSuspiciousExcess = 0.25, kSuspiciousErrors = 5;
+constexpr double kHiddenGain = 10, kHiddenShare = 0.05;  // minimum gains by the correction of a hidden mistake
 
-/// Returns mistakes that users make with sensor `i`.
-std::vector<Mistake<TrackingData>> mistakes(const TrackingData& data, std::size_t i, const Frame& frame) {
+/// Returns mistakes that users make with sensor `i`. `with_parameters` adds those that fit other mistakes, too.
+std::vector<Mistake<TrackingData>> mistakes(const TrackingData& data, std::size_t i, const Frame& frame,
+                                            bool with_parameters) {
   const TargetSensor& sensor = data.sensors[i];
   const bool planar = data.planar;
   std::vector<Mistake<TrackingData>> all;
@@ -69,6 +74,7 @@ std::vector<Mistake<TrackingData>> mistakes(const TrackingData& data, std::size_
     change("angles increase clockwise and elevations have the opposite sign", negated, negated);
     change("angles are measured clockwise from the y axis", compass, same);
   }
+  if (!with_parameters) return all;
   for (const double delay : kMistakenDelays)
     add(mistaken_delay_text(delay), [delay](TargetSensor& s) { s.delay += delay; });
   const auto with_error = [&](const char* text, const SystematicError& error) {
@@ -79,6 +85,13 @@ std::vector<Mistake<TrackingData>> mistakes(const TrackingData& data, std::size_
   with_error(kMistakenLeverArm, {.bias_sigma = kWideBias * sensor.sigma});
   with_error(kMisaligned, {.misalignment_sigma = kWideMisalignment});
   return all;
+}
+
+bool is_suspicious(const SensorFit& sensor) {
+  return std::any_of(sensor.series.begin(), sensor.series.end(), [](const ResidualSeries& series) {
+    const double excess = series.rms() - 1;
+    return excess > kSuspiciousExcess && excess * std::sqrt(2.0 * double(series.value.size())) > kSuspiciousErrors;
+  });
 }
 
 /// Returns the recording around the sensor's first measurements.
@@ -128,10 +141,14 @@ std::vector<LikelyCause> likely_causes(const Scenario& scenario, const TrackingO
   options.limits = Role::soft;
   std::vector<LikelyCause> causes;
   for (std::size_t i = 0; i < scenario.data.sensors.size() && i < fit.sensors.size(); ++i) {
-    if (fit.sensors[i].misfit().empty() || scenario.data.sensors[i].measurements.empty() || scenario.data.ego) continue;
-    const std::vector<LikelyCause> of_sensor =
-        explaining(mistakes(scenario.data, i, scenario.frame), part_with(scenario.data, i),
-                   [&](const TrackingData& part) { return solved_cost(part, options, stop); });
+    if (scenario.data.sensors[i].measurements.empty() || scenario.data.ego) continue;
+    const bool misfit = !fit.sensors[i].misfit().empty();
+    if (!misfit && !is_suspicious(fit.sensors[i])) continue;
+    const double noise = std::max(1.0, fit.cost / fit.expected_cost);  // larger than stated
+    const RequiredGain gain = misfit ? RequiredGain{} : RequiredGain{kHiddenShare, kHiddenGain * noise};
+    const std::vector<LikelyCause> of_sensor = explaining(
+        mistakes(scenario.data, i, scenario.frame, misfit), part_with(scenario.data, i),
+        [&](const TrackingData& part) { return solved_cost(part, options, stop); }, gain);
     causes.insert(causes.end(), of_sensor.begin(), of_sensor.end());
   }
   return causes;

@@ -46,12 +46,18 @@ inline constexpr double kWideMisalignment = 0.5;  ///< prior of a misalignment [
 /// Leaves the causes with the lowest costs, at most three. If costs hardly differ, the first mistake comes first.
 void keep_best(std::vector<LikelyCause>& causes);
 
-/// Corrects one mistake at a time in a part of a recording. Returns those whose correction removes at least a third of
-/// the cost, the best first, at most three. `cost(data)` returns the cost at the solution, or nothing if there is none.
-/// If it throws Stopped, the mistakes found so far are returned.
+/// Decrease of the cost of a part by which the correction of a mistake explains a misfit.
+struct RequiredGain {
+  double share = 1.0 / 3;  ///< of the cost
+  double absolute = 0;
+};
+
+/// Corrects one mistake at a time in a part of a recording. Returns those whose correction has the required gain, the
+/// best first, at most three. `cost(data)` returns the cost at the solution, or nothing if there is none. If it throws
+/// Stopped, the mistakes found so far are returned.
 template <class Data, class Cost>
-std::vector<LikelyCause> explaining(const std::vector<Mistake<Data>>& mistakes, const Data& part, Cost cost) {
-  constexpr double kMinGain = 1.0 / 3;
+std::vector<LikelyCause> explaining(const std::vector<Mistake<Data>>& mistakes, const Data& part, Cost cost,
+                                    RequiredGain gain = {}) {
   std::vector<LikelyCause> causes;
   try {
     const std::optional<double> before = cost(part);
@@ -60,7 +66,9 @@ std::vector<LikelyCause> explaining(const std::vector<Mistake<Data>>& mistakes, 
       Data changed = part;
       mistake.mend(changed);
       const std::optional<double> after = cost(changed);
-      if (after && *after + mistake.expected < (1 - kMinGain) * *before)
+      if (!after) continue;
+      const double gained = *before - *after - mistake.expected;
+      if (gained > gain.share * *before && gained > gain.absolute)
         causes.push_back({mistake.sensor, mistake.text, *before, *after + mistake.expected});
     }
   } catch (const Stopped&) {  // a time limit or an interrupt

@@ -7,14 +7,14 @@
 namespace tandem {
 namespace {
 
-/// Returns the first part of docking_a, with each optical measurement changed.
+/// Returns the first part of docking_a, with each measurement of a sensor changed.
 template <class Change>
-Scenario changed(Change change) {
+Scenario changed(Change change, const std::string& name = "optical") {
   Scenario scenario = read_scenario(std::string(paths::source) + "/share/scenarios/docking_a");
   std::erase_if(scenario.data.odometry, [](const auto& at) { return at.t > 260; });
   for (TargetSensor& sensor : scenario.data.sensors) {
     std::erase_if(sensor.measurements, [](const Measurement& m) { return m.t > 260; });
-    if (sensor.name == "optical")
+    if (sensor.name == name)
       for (Measurement& m : sensor.measurements) change(m);
   }
   return scenario;
@@ -47,6 +47,12 @@ TEST(LongLikelyCauses, NameTheMistake) {
               m.position = inverse.translation();
             })),
             "optical: poses are inverted (sensor in target)");
+}
+
+// The motion model bends, so that no residual is twice as large as expected.
+TEST(LongLikelyCauses, NameAxesThatTheMotionHides) {
+  const auto swapped = [](Measurement& m) { m.position = Vector<3>(m.position.y(), m.position.x(), m.position.z()); };
+  EXPECT_EQ(best_cause(changed(swapped, "usbl")), "usbl: x and y are swapped");
 }
 
 }  // namespace
