@@ -146,7 +146,7 @@ std::vector<LikelyCause> likely_causes(const Scenario& scenario, const TrackingO
   for (std::size_t i = 0; i < scenario.data.sensors.size() && i < fit.sensors.size(); ++i) {
     if (scenario.data.sensors[i].measurements.empty() || scenario.data.ego) continue;
     const bool misfit = !fit.sensors[i].misfit().empty();
-    if (!misfit && (any_misfit || !is_suspicious(fit.sensors[i]))) continue;
+    if (!misfit && (any_misfit || !fit.by_marginals || !is_suspicious(fit.sensors[i]))) continue;
     const double noise = std::max(1.0, fit.cost / fit.expected_cost);  // larger than stated
     const RequiredGain gain = misfit ? RequiredGain{} : RequiredGain{kHiddenShare, kHiddenGain * noise};
     const std::vector<LikelyCause> of_sensor = explaining(
