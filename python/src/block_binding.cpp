@@ -103,23 +103,23 @@ void set_bounds(PyProblem& self, const PyBlocks& blocks, py::handle bounds) {
 /// Replaces residuals in Python or compiled ones by others of the same name, rows and states.
 void set_own_residual(PyProblem& self, const PyBlocks& blocks, const std::shared_ptr<Callable>& callable) {
   Problem& problem = self.change();
+  const auto refuse = [&](const Block& block) {
+    throw BadInputError("set_residual: the block is " + problem.describe(block) + ", not a residual " + callable->name +
+                        " with " + std::to_string(callable->dim) +
+                        " rows; use the same `name`, `dim` and kind of function, or remove the block and add another");
+  };
   const detail::ResidualType* const present = detail::ProblemData::type_of(problem, blocks.blocks[0]);
-  const bool own = present && present->made_at_run_time;
+  if (!present || !present->made_at_run_time) refuse(blocks.blocks[0]);
   std::vector<const Group*> groups;
-  if (own)
-    for (const detail::GroupType* state : static_cast<const detail::RunTimeResidualType*>(present)->states)
-      groups.push_back(find_group(state->type));
+  for (const detail::GroupType* state : static_cast<const detail::RunTimeResidualType*>(present)->states)
+    groups.push_back(find_group(state->type));
+  const PythonResidualType type = python_residual_type(*callable, groups, present->hard);
   for (const Block& block : blocks.blocks)
-    if (!own || detail::ProblemData::type_of(problem, block) !=
-                    &python_residual_type(*callable, groups, present->hard).type)
-      throw BadInputError("set_residual: the block is " + problem.describe(block) + ", not a residual " +
-                          callable->name + " with " + std::to_string(callable->dim) +
-                          " rows; use the same `name`, `dim` and kind of function, or remove the block and add another");
+    if (detail::ProblemData::type_of(problem, block) != &type.type) refuse(block);
   const bool rows = has_rows(*callable);
   if (rows && callable->count != blocks.blocks.size())
     throw py::value_error("set_residual: there are " + std::to_string(callable->count) + " rows of data for " +
                           std::to_string(blocks.blocks.size()) + " blocks");
-  const PythonResidualType type = python_residual_type(*callable, groups, present->hard);
   for (std::size_t i = 0; i < blocks.blocks.size(); ++i) {
     const PythonResidual object(callable, rows ? i : 0, &type.groups);
     detail::ProblemData::set_residual(problem, blocks.blocks[i], type.type.functions, &object);

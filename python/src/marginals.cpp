@@ -8,6 +8,7 @@
 
 #include "bind_covariances.hpp"
 #include "problem_object.hpp"
+#include "summary.hpp"
 
 namespace tandem::python {
 namespace {
@@ -68,12 +69,7 @@ void bind_marginals(py::module_& m) {
       "unobservable.");
   c.def_property_readonly(
       "unobservable",
-      [](const PyMarginals& self) {
-        py::dict states;
-        for (const UnobservableState& state : self.marginals->unobservable())
-          states[py::str(state.variable)] = state.directions;
-        return states;
-      },
+      [](const PyMarginals& self) { return unobservable_names(self.marginals->unobservable()); },
       "Names of the unobservable directions by variable.");
   c.def_property_readonly(
       "log_determinant", [](const PyMarginals& self) { return self.marginals->log_determinant(); },

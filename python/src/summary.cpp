@@ -7,6 +7,7 @@
 #include <pybind11/stl.h>
 
 #include <tandem/problem/all_blocks.hpp>
+#include <tandem/solvers/session.hpp>
 
 #include "python_error.hpp"
 
@@ -15,7 +16,7 @@ namespace {
 
 /// Returns the largest violation of a row of a block that exceeds the tolerance of solvers, 0 if none does.
 double violation(const Problem& problem, const Block& block) {
-  constexpr double kTolerance = 1e-8, kRowRounding = 1e-12;
+  constexpr double kRowRounding = 1e-12;
   const Bounds<Eigen::Dynamic> bounds = problem.bounds(block);
   double worst = 0;
   try {
@@ -23,7 +24,7 @@ double violation(const Problem& problem, const Block& block) {
     for (Eigen::Index k = 0; k < r.size(); ++k) {
       const double v = std::isfinite(r[k]) ? std::max(bounds.lower[k] - r[k], r[k] - bounds.upper[k])
                                            : std::numeric_limits<double>::infinity();
-      if (v > std::max(kTolerance, kRowRounding * std::abs(r[k]))) worst = std::max(worst, v);
+      if (v > std::max(detail::kConstraintTolerance, kRowRounding * std::abs(r[k]))) worst = std::max(worst, v);
     }
   } catch (const UndefinedResidualError&) {
     worst = std::numeric_limits<double>::infinity();
@@ -55,6 +56,13 @@ PySummary summary_of(Summary summary, const Problem& problem) {
   return all;
 }
 
+py::dict unobservable_names(const std::vector<UnobservableState>& states) {
+  py::dict names;
+  for (const UnobservableState& state : states)
+    names[py::str(state.variable.empty() ? "others" : state.variable)] = state.directions;
+  return names;
+}
+
 void bind_summary(py::module_& m) {
   py::class_<PySummary> s(m, "SolveSummary", "Result of a solve. The problem has the best point found.");
   s.def_readonly("solver", &Summary::solver, "Name of the solver.");
@@ -77,12 +85,7 @@ void bind_summary(py::module_& m) {
   s.def_readonly("seconds", &Summary::seconds, "Duration of the solve [s].");
   s.def_property_readonly(
       "unobservable",
-      [](const PySummary& x) {
-        py::dict states;
-        for (const UnobservableState& state : x.unobservable)
-          states[py::str(state.variable.empty() ? "others" : state.variable)] = state.directions;
-        return states;
-      },
+      [](const PySummary& x) { return unobservable_names(x.unobservable); },
       "Names of the unobservable directions by variable; \"others\" counts those that are not named.");
   s.def("require_converged", &require_converged,
         "require_converged()\n\nRaise InfeasibleError or NumericalError unless the solve converged.");

@@ -20,6 +20,8 @@ struct PySummary : Summary {
 
 /// Adds the constraints that are violated at the values of the variables, unless the solve converged.
 PySummary summary_of(Summary summary, const Problem& problem);
+/// Returns the names of unobservable directions by variable.
+pybind11::dict unobservable_names(const std::vector<UnobservableState>& states);
 void bind_summary(pybind11::module_& m);
 
 }  // namespace tandem::python

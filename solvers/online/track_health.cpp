@@ -89,8 +89,9 @@ void HealthMonitor::rejected(std::size_t sensor, double t, double sigmas) {
   SensorHealth& s = health_.sensors[sensor];
   ++s.rejected;
   Offset& by = rejected_by_[sensor];
-  if (s.rejected_in_a_row == 0) by = {sigmas, sigmas};
-  by = {std::min(by.least, sigmas), sigmas, by.constant && sigmas <= kSteady * by.least && by.last <= kSteady * sigmas};
+  if (s.rejected_in_a_row == 0) by = {sigmas};
+  const double last = s.rejected_in_a_row == 0 ? sigmas : *s.sigmas;
+  by = {std::min(by.least, sigmas), by.constant && sigmas <= kSteady * by.least && last <= kSteady * sigmas};
   ++s.rejected_in_a_row;
   s.sigmas = sigmas;
   if (!rejected_since_[sensor]) rejected_since_[sensor] = t;

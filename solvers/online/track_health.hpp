@@ -223,7 +223,7 @@ class HealthMonitor {
   /// Innovations of the measurements rejected in a row [standard deviations]. Those of one wrong offset change slowly,
   /// and do not grow, since the standard deviations grow without measurements.
   struct Offset {
-    double least = 0, last = 0;
+    double least = 0;
     bool constant = true;
   };
   std::optional<Adopted> adopted_[2];  // by the chaser and by the target

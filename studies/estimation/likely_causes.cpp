@@ -134,19 +134,20 @@ std::optional<double> solved_cost(const TrackingData& data, const TrackingOption
 
 std::vector<LikelyCause> likely_causes(const Scenario& scenario, const TrackingOptions& given, const FitReport& fit,
                                        const Stop& stop) {
+  if (scenario.data.ego) return {};
   TrackingOptions options = given;
   options.max_keyframes = 0;
   if (options.non_holonomic == Role::hard) options.non_holonomic = Role::soft;
   if (options.roll_pitch == Role::hard) options.roll_pitch = Role::soft;
   options.limits = Role::soft;
-  // A sensor with a misfit distorts the residuals of others.
-  const bool any_misfit = std::any_of(fit.sensors.begin(), fit.sensors.end(),
-                                      [](const SensorFit& sensor) { return !sensor.misfit().empty(); });
+  // A sensor with a misfit distorts the residuals of others, and only marginals show how large residuals should be.
+  const bool hidden_ones = fit.by_marginals && std::none_of(fit.sensors.begin(), fit.sensors.end(),
+                                                            [](const SensorFit& s) { return !s.misfit().empty(); });
   std::vector<LikelyCause> causes;
   for (std::size_t i = 0; i < scenario.data.sensors.size() && i < fit.sensors.size(); ++i) {
-    if (scenario.data.sensors[i].measurements.empty() || scenario.data.ego) continue;
+    if (scenario.data.sensors[i].measurements.empty()) continue;
     const bool misfit = !fit.sensors[i].misfit().empty();
-    if (!misfit && (any_misfit || !fit.by_marginals || !is_suspicious(fit.sensors[i]))) continue;
+    if (!misfit && !(hidden_ones && is_suspicious(fit.sensors[i]))) continue;
     const double noise = std::max(1.0, fit.cost / fit.expected_cost);  // larger than stated
     const RequiredGain gain = misfit ? RequiredGain{} : RequiredGain{kHiddenShare, kHiddenGain * noise};
     const std::vector<LikelyCause> of_sensor = explaining(

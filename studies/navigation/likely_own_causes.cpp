@@ -29,11 +29,11 @@ void add_yaw_mistakes(const EgoSensor& sensor, std::size_t i, const Frame& frame
     by_measurement(
         sensor, i, std::move(text),
         [=](EgoMeasurement& m) {
-          const SE3 file = frame.world(SE3(m.rotation, Vector<3>::Zero()));
-          const Matrix<3, 3> R = file.rotation().matrix();
+          const SO3 file = frame.world(m.rotation);
+          const Matrix<3, 3> R = file.matrix();
           const double yaw = std::atan2(R(1, 0), R(0, 0));
           const SO3 turn = SO3::Exp({0, 0, sign * yaw + offset - yaw});
-          m.rotation = frame.world(SE3(turn * file.rotation(), Vector<3>::Zero())).rotation();
+          m.rotation = frame.world(turn * file);
         },
         all);
   };
@@ -64,11 +64,7 @@ void add_fixed_mistakes(const EgoSensor& sensor, std::size_t i, const Frame& fra
     case EgoReading::orientation:
       by_measurement(
           sensor, i, kQuaternionOrder,
-          [frame](EgoMeasurement& m) {
-            const SO3 file = frame.world(SE3(m.rotation, Vector<3>::Zero())).rotation();
-            m.rotation = frame.world(SE3(ordered_w_first(file), Vector<3>::Zero())).rotation();
-          },
-          all);
+          [frame](EgoMeasurement& m) { m.rotation = frame.world(ordered_w_first(frame.world(m.rotation))); }, all);
       by_measurement(
           sensor, i, "quaternions are inverted (world in sensor)",
           [](EgoMeasurement& m) { m.rotation = m.rotation.inverse(); }, all);
@@ -116,6 +112,11 @@ std::vector<OwnMistake> flexible_mistakes(const NavigationData& data) {
   return all;
 }
 
+/// Returns whether a finding says that the IMU contradicts the other sensors and was left out.
+bool excludes_imu(const NavigationFinding& finding, const NavigationData& data) {
+  return finding.kind == NavigationFinding::Kind::rejected && data.imu && finding.sensor == data.imu->name;
+}
+
 /// Returns the start of the part of kPart seconds that has the largest share of the contradictions [s].
 double worst_part(const Navigation& result) {
   struct Contradiction {
@@ -137,8 +138,7 @@ double worst_part(const Navigation& result) {
     add(std::move(of_sensor));
   }
   for (const NavigationFinding& finding : result.findings)
-    if (finding.kind == NavigationFinding::Kind::rejected && result.data.imu && finding.sensor == result.data.imu->name)
-      add({{finding.from, 1}, {finding.to, 1}});
+    if (excludes_imu(finding, result.data)) add({{finding.from, 1}, {finding.to, 1}});
   double best = -1, start = result.states.front().t;
   for (double from = start; from < result.states.back().t; from += kPart / 8) {
     double inside = 0;
@@ -160,18 +160,14 @@ NavigationData part_from(double begin, NavigationData data) {
   return data;
 }
 
-bool excludes_imu(const Navigation& result) {
-  return std::any_of(result.findings.begin(), result.findings.end(), [&](const NavigationFinding& finding) {
-    return finding.kind == NavigationFinding::Kind::rejected && result.data.imu &&
-           finding.sensor == result.data.imu->name;
-  });
-}
-
 }  // namespace
 
 std::vector<LikelyCause> likely_own_causes(const NavigationData& data, const NavigationOptions& options,
                                            const Navigation& result, const Frame& frame) {
-  if (result.fit.consistent() && !excludes_imu(result)) return {};
+  const bool without_imu =
+      std::any_of(result.findings.begin(), result.findings.end(),
+                  [&](const NavigationFinding& finding) { return excludes_imu(finding, result.data); });
+  if (result.fit.consistent() && !without_imu) return {};
   const Stop stop(options.solver);
   NavigationOptions trial = options;
   trial.covariance = false;

@@ -141,7 +141,6 @@ Navigation navigate(const NavigationData& data, const NavigationOptions& options
   result.findings = prepare(result.data, options);
   OnlineOptions online;
   online.ego = options.ego;
-  if (!options.gated_first_pass) online.reset = ResetOptions::never();
   const Alignment start = options.start ? *options.start : align(result.data, options.alignment, online, stop);
   result.start = start;
   auto solution = std::make_unique<BatchSolution>(result.data, BatchSolution::Imu::excludable, start, options, stop);

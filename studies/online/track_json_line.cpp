@@ -83,7 +83,7 @@ Rows covariance_rows(const Line& l, LineCovariance wanted, Eigen::Index first, E
 
 std::optional<Numbers> quaternion(const Frame& frame, const TargetState& target) {
   if (!target.rotation) return {};
-  return numbers(frame.world(SE3(*target.rotation, Vector<3>::Zero())).rotation());
+  return numbers(frame.world(*target.rotation));
 }
 
 constexpr const char* kJoint =

@@ -21,9 +21,8 @@ Frame Frame::ned_frd() {
 Vector<3> Frame::world(const Vector<3>& p) const { return ned_ ? Vector<3>(p.y(), p.x(), -p.z()) : p; }
 Vector<3> Frame::body(const Vector<3>& p) const { return ned_ ? Vector<3>(p.x(), -p.y(), -p.z()) : p; }
 
-SE3 Frame::world(const SE3& pose) const {
-  return ned_ ? SE3(world_turn() * pose.rotation() * body_turn(), world(pose.translation())) : pose;
-}
+SO3 Frame::world(const SO3& R) const { return ned_ ? world_turn() * R * body_turn() : R; }
+SE3 Frame::world(const SE3& pose) const { return SE3(world(pose.rotation()), world(pose.translation())); }
 
 SO3 Frame::body(const SO3& R) const { return ned_ ? body_turn() * R * body_turn() : R; }
 SE3 Frame::body(const SE3& pose) const { return SE3(body(pose.rotation()), body(pose.translation())); }

@@ -18,9 +18,10 @@ class Frame {
   bool is_ned() const { return ned_; }
   std::string name() const { return ned_ ? "NED-FRD" : "ENU-FLU"; }
 
-  /// Converts a vector in world axes, or the pose of a body in the world.
+  /// Converts a vector in world axes, or the pose or orientation of a body in the world.
   Vector<3> world(const Vector<3>& p) const;
   SE3 world(const SE3& pose) const;
+  SO3 world(const SO3& R) const;
   /// Converts a vector in body axes, or a pose or rotation of one body relative to another.
   Vector<3> body(const Vector<3>& p) const;
   SE3 body(const SE3& pose) const;

@@ -143,7 +143,7 @@ EgoMeasurement ego_measurement(EgoSensorType type, const double* row, const Fram
       m.value = frame.world(Vector<3>(0, 0, row[0]));
       break;
     case EgoReading::orientation:
-      m.rotation = frame.world(SE3(rotation(row), Vector<3>::Zero())).rotation();
+      m.rotation = frame.world(rotation(row));
       break;
   }
   return m;
