@@ -4,7 +4,6 @@
 #include <tandem/solvers/gauss_newton.hpp>
 #include <tandem/solvers/ipopt.hpp>
 #include <tandem/solvers/nlopt.hpp>
-#include <tandem/solvers/replanning/damped_sqp.hpp>
 
 namespace tandem {
 
@@ -61,16 +60,6 @@ void visit_options(IpoptOptions& o, Visit& visit) {
   visit("hessian", o.hessian, kHessians);
   visit("linear_solver", o.linear_solver, kIpoptLinearSolvers);
   visit("options", o.options);
-}
-
-template <class Visit>
-void visit_options(DampedSqp::Options& o, Visit& visit) {
-  visit("max_iterations", o.max_iterations);
-  visit("time_limit", o.time_limit);
-  visit("from_multipliers", o.from_multipliers);
-  visit("feasible", o.feasible);
-  visit("cost_tolerance", o.cost_tolerance);
-  visit("patience", o.patience);
 }
 
 /// NloptOptions::algorithm is part of the solver's name.

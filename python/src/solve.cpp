@@ -5,7 +5,7 @@
 
 #include <tandem/solvers/graduated.hpp>
 #include <tandem/solvers/option_fields.hpp>
-#include <tandem/solvers/replanning/damped_sqp.hpp>
+#include <tandem/solvers/replanning/damped_sqp_option_fields.hpp>
 
 #include "options.hpp"
 #include "problem_object.hpp"

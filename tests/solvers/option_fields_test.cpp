@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <tandem/solvers/option_fields.hpp>
+#include <tandem/solvers/replanning/damped_sqp_option_fields.hpp>
 
 namespace tandem {
 namespace {
@@ -44,6 +45,7 @@ TEST(OptionFields, VisitsEveryMemberOfTheOptions) {
             members<AugmentedLagrangianOptions>() - 1);
   EXPECT_EQ(visited<GaussNewtonOptions>(), visited<LevenbergMarquardtOptions>());
   EXPECT_EQ(visited<IpoptOptions>() - visited<SolverOptions>(), members<IpoptOptions>() - 1);
+  EXPECT_EQ(visited<DampedSqp::Options>(), members<DampedSqp::Options>() - callbacks);
 }
 
 }  // namespace
