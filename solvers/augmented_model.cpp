@@ -3,6 +3,7 @@
 
 #include <tandem/lie/error.hpp>
 #include <tandem/solvers/augmented_model.hpp>
+#include <tandem/solvers/first_order_check.hpp>
 #include <tandem/solvers/linear/hessian_diagonal.hpp>
 #include <tandem/solvers/stationary_violation.hpp>
 
@@ -83,13 +84,24 @@ double AugmentedModel::linearize() {
 }
 
 void AugmentedModel::begin() {
+  if (options_.from_multipliers) nlp_.multipliers(next_multipliers_);
+  start();
+}
+
+/// Starts with a penalty that keeps the steps near the constraints.
+void AugmentedModel::begin_after_restoration() {
+  next_multipliers_.setZero();
+  penalty_ = std::max(penalty_, kModeratePenalty);
+  minimized_ = std::numeric_limits<double>::infinity();
+  stalled_ = relaxed_ = 0;
+  start();
+}
+
+void AugmentedModel::start() {
   term_.start(scale_);
   term_.set_penalty(penalty_);
   violation_.size = std::numeric_limits<double>::infinity();
-  if (options_.from_multipliers) {
-    nlp_.multipliers(next_multipliers_);
-    term_.set_multipliers(next_multipliers_);
-  }
+  term_.set_multipliers(next_multipliers_);
   on_new_point();
   // The multipliers of a linear model may be worse than none if the point is far from feasible.
   recent_optimality_.fill(optimality());
@@ -268,7 +280,7 @@ void AugmentedModel::on_new_point() {
 bool AugmentedModel::feasible() {
   if (violation_.size <= kConstraintTolerance) return true;
   if (falling_) return false;
-  if (!only_rounding_) only_rounding_ = term_.is_met();
+  if (!only_rounding_) only_rounding_ = term_.is_met(kConstraintTolerance);
   return *only_rounding_;
 }
 
@@ -333,6 +345,14 @@ bool AugmentedModel::relax_penalty() {
   if (penalty_ <= kModeratePenalty || relaxed_ >= kMaxRelaxations) return false;
   ++relaxed_;
   set_penalty(penalty_ / kPenaltyGrowth);
+  return true;
+}
+
+bool AugmentedModel::is_solution(double tolerance) {
+  if (!constrained_) return false;
+  const auto check = check_first_order(nlp_, 0.0);  // 0: an extremum of a residual is no solution
+  if (!check || !check->feasible || !(check->stationarity <= tolerance)) return false;
+  next_multipliers_ = check->multipliers;
   return true;
 }
 

@@ -58,7 +58,10 @@ class AugmentedModel final : public SoftModel {
   NlpEvaluator::Violation violation() const override { return violation_; }
   double violation_at_step() const override { return term_.violation_at_point().size; }
   bool feasible() override;
+  /// Returns whether no row at X̄ is violated by more than `tolerance` and its rounding error.
+  bool meets(double tolerance) const { return violation_.size <= tolerance || term_.is_met(tolerance); }
   void begin() override;
+  void begin_after_restoration() override;
   void choose_hessian(const StepQuality& quality) override;
   bool reduce_curvature() override;
   void estimate_multipliers() override { term_.estimate(next_multipliers_); }
@@ -69,8 +72,10 @@ class AugmentedModel final : public SoftModel {
   bool update_penalty(bool no_closer) override;
   bool relax_penalty() override;
   void reset_penalty_counters() override { relaxed_ = stalled_ = 0; }
-  bool locally_infeasible() override;
+  /// Returns whether no small step reduces the violation of the constraints.
+  bool locally_infeasible();
   void restore_best() override { restore(); }
+  bool is_solution(double tolerance) override;
   double best_cost() const override {
     return best_.violation <= best_.feasible ? best_.cost : std::numeric_limits<double>::infinity();
   }
@@ -78,6 +83,7 @@ class AugmentedModel final : public SoftModel {
 
  private:
   void linearize_constraints() override;
+  void start();
   void find_scale() override;
   void on_new_point() override;
   double best_fraction() const;

@@ -102,8 +102,8 @@ double AugmentedTerm::value_of(const Eigen::VectorXd& c) const {
   return total;
 }
 
-bool AugmentedTerm::is_met() const {
-  return relative_violation(nlp_, c_, row_tolerances(nlp_, jacobian_, kConstraintTolerance)).size <= 1.0;
+bool AugmentedTerm::is_met(double tolerance) const {
+  return relative_violation(nlp_, c_, row_tolerances(nlp_, jacobian_, tolerance)).size <= 1.0;
 }
 
 double AugmentedTerm::violation_size_of(const Eigen::VectorXd& c) const {

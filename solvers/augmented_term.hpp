@@ -52,8 +52,8 @@ class AugmentedTerm {
 
   NlpEvaluator::Violation violation() const { return nlp_.violation(c_); }
   NlpEvaluator::Violation violation_at_point() const { return nlp_.violation(trial_); }
-  /// Returns whether the rows at X̄ are met up to their row_tolerances().
-  bool is_met() const;
+  /// Returns whether the rows at X̄ are met up to their row_tolerances() with this tolerance.
+  bool is_met(double tolerance) const;
   /// Violation √Σ w⁰ᵢ vᵢ² at X̄, and at the last point of value_at_point().
   double violation_size() const { return violation_size_of(c_); }
   double violation_size_at_point() const { return violation_size_of(trial_); }

@@ -12,6 +12,7 @@
 
 #include <tandem/lie/error.hpp>
 #include <tandem/solvers/evaluator_solve.hpp>
+#include <tandem/solvers/first_order_check.hpp>
 #include <tandem/solvers/ipopt.hpp>
 #include <tandem/solvers/ipopt_linear_solver.hpp>
 #include <tandem/solvers/ipopt_nlp.hpp>
@@ -125,6 +126,9 @@ void set_options(Ipopt::IpoptApplication& app, const IpoptOptions& options) {
   for (const auto& [key, value] : options.options) set_option(app, key, value);
 }
 
+constexpr int kMaxRefinement = 50;   // iterations of the run with kNoScaling
+constexpr double kNoScaling = 1e20;  // value of s_max with which tolerances do not grow with the multipliers
+
 /// Ipopt application with the given options. Construction and destruction are serialised.
 class Application {
  public:
@@ -225,6 +229,16 @@ void end(detail::Session& session, Ipopt::ApplicationReturnStatus status) {
   }
 }
 
+/// Returns whether the first-order conditions hold at X̄ with multipliers other than Ipopt's. Ipopt's tolerance grows with
+/// the size of its own. True if the conditions cannot be checked.
+bool is_stationary(NlpEvaluator& nlp) {
+  constexpr double kStationary = 1e-4;  // [standard deviations]
+  constexpr double kLeastCurvature = 1e-12;
+  if (nlp.num_rows() == 0) return true;
+  const auto check = detail::check_first_order(nlp, kLeastCurvature);
+  return !check || check->stationarity <= kStationary;
+}
+
 /// Sets the message if a block at the best point explains the failure.
 void explain(detail::Session& session, NlpEvaluator& nlp) {
   try {
@@ -274,7 +288,7 @@ Summary IpoptSolve::solve() {
   Ipopt::Index most = options.max_iterations;
   app->Options()->GetIntegerValue("max_iter", most, "");  // may be given as an Ipopt option
   bool warm = options.from_multipliers && tnlp->load_multipliers();
-  bool restarted = false, refined = false;
+  bool restarted = false, refined = false, absolute = false;
   while (!session.ended()) {
     tnlp->start();
     choose_start(*app, warm, tnlp->barrier(), options.options);
@@ -306,6 +320,12 @@ Summary IpoptSolve::solve() {
     }
     if (solved && tnlp->increase_cost_scale() && session.summary.iterations < most) {
       refined = true;
+      continue;
+    }
+    if (solved && !absolute && session.summary.iterations < most && !is_stationary(nlp)) {
+      if (!options.options.contains("s_max")) app->Options()->SetNumericValue("s_max", kNoScaling);
+      most = std::min(most, session.summary.iterations + kMaxRefinement);
+      refined = absolute = true;
       continue;
     }
     // After a run to a higher accuracy failed, the solution of the run before remains.

@@ -28,13 +28,13 @@ constexpr double kOptimality = 1e-5;   // Tolerance on the first-order condition
 constexpr double kMeritRounding = 1e-9;
 // A step is near a minimum if the predicted gain is below this fraction of the cost. There, a gain that exceeds the
 // prediction by this ratio shows that the model lacks second derivatives. Solves that converge in a few such steps do
-// without them.
+// without them. If one of many such steps is rejected, the minimum lies along a curved valley.
 constexpr double kNearMinimum = 0.05, kUnderestimate = 1.25;
-constexpr int kFewSteps = 6;
+constexpr int kFewSteps = 6, kManySteps = 30;
 constexpr int kMaxPolishingSteps = 5;                // Polishing steps in which the first-order residual is not halved.
 constexpr double kStalledViolationRatio = 0.9;       // Ratio of the violations after and before a step.
 constexpr int kMaxRejected = 10, kManyRejected = 3;  // Rejected minus accepted steps.
-constexpr int kMaxJumps = 5;                         // Consecutive jumps without a lower cost.
+constexpr int kMaxRestorations = 3, kMaxJumps = 5;   // Jumps without a lower cost, consecutive.
 constexpr double kMinJumpGain = 1e-3;                // Minimum relative decrease of the cost by jumps.
 
 class DampedSteps {
@@ -75,10 +75,10 @@ class DampedSteps {
       else
         end_without_progress();
     }
-    if (s.status != Status::converged) model_.restore_best();
-    if (s.status == Status::infeasible && !is_stationary_at_best()) {
-      s.status = Status::failed;
-      s.message = "no step makes progress, and hard constraints are violated";
+    if (s.status != Status::converged && s.status != Status::infeasible) model_.restore_best();
+    if ((s.status == Status::failed || s.status == Status::max_iterations) && model_.is_solution(kOptimality)) {
+      s.status = Status::converged;
+      s.message = "no step lowers the cost any further";
     }
     if (s.cost > cost_before_jump_) {  // the point after the jump is worse
       model_.restore();
@@ -103,11 +103,6 @@ class DampedSteps {
   double undamped_limit() const { return std::max(options_.initial_damping, kUndamped); }
   /// Returns whether the damping is too small to shorten steps.
   bool undamped() const { return damping_.value <= undamped_limit(); }
-  /// The best point may violate the constraints less than the point at which the solve ended.
-  bool is_stationary_at_best() const {
-    nlp_.reset();
-    return violation_is_stationary(nlp_);
-  }
   bool optimal() { return model_.optimality() <= kOptimality; }
 
   bool reject() {
@@ -128,6 +123,7 @@ class DampedSteps {
       reject();
       if (damping_.value > kExcessiveDamping || session_.should_stop()) return false;
     }
+    if (in_valley_ && !model_.follow_valley(damping_.value)) return reject();
     const double merit = model_.merit(), predicted = model_.predicted();
     double trial = model_.merit_at_step(last_step_good_);
     if (predicted <= kRounding * merit)
@@ -136,6 +132,7 @@ class DampedSteps {
     const double min_gain = options_.cost_tolerance * s.cost;
     if (predicted > min_gain && predicted <= kNearMinimum * merit && ++near_minimum_ > kFewSteps) {
       rejected_near_minimum_ = !(ratio > kMinAcceptanceRatio);
+      in_valley_ = in_valley_ || (rejected_near_minimum_ && near_minimum_ > kManySteps);
       underestimated_ = ratio > kUnderestimate;
     }
     if (!(ratio > kMinAcceptanceRatio)) {
@@ -163,12 +160,10 @@ class DampedSteps {
     if (!model_.move_on()) return reject();
     polished_ = 0;
     if (undamped() && model_.feasible()) {
-      const bool unchanged = drop <= min_gain && predicted <= min_gain;
-      if (unchanged && !stop_damping(min_gain) && optimal()) {
+      if (drop <= min_gain && predicted <= min_gain && !stop_damping(min_gain) && optimal())
         session_.end(Status::converged, "the cost no longer changes");
-      } else if (model_.step_size() <= options_.step_tolerance && optimal()) {
+      else if (model_.step_size() <= options_.step_tolerance && optimal())
         session_.end(Status::converged, "the step is below its tolerance");
-      }
     }
     // While the cost falls fast, curvature changes too much between steps to be reused.
     if (drop <= kSecantBelow * s.cost) model_.add_secant_pair();
@@ -264,7 +259,7 @@ class DampedSteps {
     nlp_.reset();
     model_.clear_curvature();
     try {
-      model_.linearize();
+      session_.summary.cost = model_.linearize();
       return true;
     } catch (const UndefinedResidualError& e) {
       session_.end(Status::failed, std::string("a residual's derivatives are undefined: ") + e.what());
@@ -273,34 +268,49 @@ class DampedSteps {
   }
 
   void update_penalty(bool stalled) {
-    if (model_.update_penalty(stalled)) end_infeasible();
+    if (model_.update_penalty(stalled)) restore_feasibility();
   }
 
-  void end_infeasible() {
-    session_.end(Status::infeasible, "no small step reduces the violation of the hard constraints; the worst is " +
-                                         nlp_.describe_row(model_.violation().row));
+  /// Minimises the violation, for use if the merit function keeps X̄ infeasible. Continues from a feasible point, and
+  /// ends the solve at a stationary point of the violation.
+  void restore_feasibility() {
+    const LeastViolation end = ++restorations_ > kMaxRestorations
+                                   ? LeastViolation::unfinished
+                                   : minimize_violation(nlp_, [this] { return session_.should_stop(); });
+    if (session_.ended() || !linearize_gauss_newton()) return;
+    model_.begin_after_restoration();
+    damping_ = fresh_damping();
+    rejected_ = polished_ = 0, last_step_good_ = true;
+    if (end == LeastViolation::feasible) return;
+    const std::string worst = "the worst is " + nlp_.describe_row(model_.violation().row);
+    if (end == LeastViolation::stationary)
+      session_.end(Status::infeasible, "no small step reduces the violation of the hard constraints; " + worst);
+    else
+      end_as_failed("no step makes progress, and hard constraints are violated; " + worst);
+  }
+
+  /// Ends as failed, or crosses a discontinuity along the step if there is one.
+  void end_as_failed(std::string message) {
+    const NlpEvaluator::DerivativeCheck check = nlp_.check_derivatives(model_.step());
+    message += derivative_hint(check);
+    if (check.kind != NlpEvaluator::DerivativeCheck::Kind::jump || !cross_jump(message))
+      session_.end(Status::failed, message);
   }
 
   /// Ends as converged if an undamped Gauss-Newton step gains nothing either, otherwise as failed.
   void end_without_progress() {
     if (!linearize_gauss_newton()) return;
-    if (model_.locally_infeasible()) return end_infeasible();
+    if (!model_.feasible()) return restore_feasibility();
     if (model_.constrained() && (final_polish() || !linearize_gauss_newton())) return;
     const double min_gain = std::max(options_.cost_tolerance, kRounding) * session_.summary.cost;
     std::string message = "no step lowers the cost, not even a short one";
     if (model_.constrained()) message = "no step reduces the residual of the optimality conditions";
     const bool gains_nothing = model_.find_step(undamped_limit()) && model_.predicted() <= min_gain;
-    if (!model_.feasible()) {
-      message = "no step makes progress, and hard constraints are violated; the worst is " +
-                nlp_.describe_row(model_.violation().row);
-    } else if (gains_nothing) {
+    if (gains_nothing) {
       model_.estimate_multipliers_at_step();
       if (optimal()) return session_.end(Status::converged, "no step lowers the cost any further");
     }
-    const NlpEvaluator::DerivativeCheck check = nlp_.check_derivatives(model_.step());
-    message += derivative_hint(check);
-    if (check.kind != NlpEvaluator::DerivativeCheck::Kind::jump || !cross_jump(message))
-      session_.end(Status::failed, message);
+    end_as_failed(std::move(message));
   }
 
   /// Crosses a discontinuity of a residual, for example a rotation by π. There all short steps may increase the cost
@@ -337,12 +347,12 @@ class DampedSteps {
   Session& session_;
   SoftModel& model_;
   Damping damping_;
-  bool last_step_good_ = true;
+  bool last_step_good_ = true, in_valley_ = false;  // the latter since one of many steps near a minimum was rejected
   bool underestimated_ = false, rejected_near_minimum_ = false;  // SoftModel::StepQuality of the last step
   int near_minimum_ = 0;                                         // number of steps near a minimum
   int polished_ = 0;
   int rejected_ = 0;  // rejected steps minus later accepted ones
-  int jumps_ = 0;
+  int restorations_ = 0, jumps_ = 0;
   double min_cost_at_jump_ = std::numeric_limits<double>::infinity();  // least cost at a jump
   // Cost of the saved point; only without hard constraints.
   double cost_before_jump_ = std::numeric_limits<double>::infinity();
@@ -383,12 +393,6 @@ Summary LevenbergMarquardt::solve() {
   parts_->model->restart(penalty_ ? *penalty_ : 0.0);
   DampedSteps(parts_->nlp, parts_->session, *parts_->model, parts_->options).run();
   return parts_->session.summary;
-}
-
-void check(const char* solver, const LevenbergMarquardtOptions& options) {
-  if (!(options.cost_tolerance >= 0) || !(options.gradient_tolerance >= 0) || !(options.step_tolerance >= 0) ||
-      !(options.initial_damping >= 0) || options.secant_pairs < 0)
-    throw BadInputError(std::string(solver) + ": tolerances, initial_damping and secant_pairs must not be negative");
 }
 
 }  // namespace tandem::detail

@@ -3,6 +3,7 @@
 #include <memory>
 #include <string>
 
+#include <tandem/lie/error.hpp>
 #include <tandem/problem/problem.hpp>
 #include <tandem/solvers/persistent_solve.hpp>
 #include <tandem/solvers/summary.hpp>
@@ -41,8 +42,13 @@ class LevenbergMarquardt final : public PersistentSolve {
   std::unique_ptr<Parts> parts_;
   const double* penalty_;
 };
-/// Throws Error if an option is out of range.
-void check(const char* solver, const LevenbergMarquardtOptions& options);
+
+/// Throws BadInputError if an option is out of range.
+inline void check(const char* solver, const LevenbergMarquardtOptions& options) {
+  if (!(options.cost_tolerance >= 0) || !(options.gradient_tolerance >= 0) || !(options.step_tolerance >= 0) ||
+      !(options.initial_damping >= 0) || options.secant_pairs < 0)
+    throw BadInputError(std::string(solver) + ": tolerances, initial_damping and secant_pairs must not be negative");
+}
 
 }  // namespace detail
 }  // namespace tandem

@@ -41,6 +41,10 @@ class SoftModel {
   /// Computes the damped step from X̄ and its predicted gain. Returns false if the damped Hessian is not positive
   /// definite.
   virtual bool find_step(double damping);
+  /// Bends the step of find_step() along a curved valley: adds the effect of the third derivatives of the cost along the
+  /// step (geodesic acceleration, Transtrum & Sethna 2012; Chebyshev's method for one unknown). Increases the damping
+  /// until this term is small. Does nothing with hard constraints. Returns false if there is no step.
+  bool follow_valley(double& damping);
   const Eigen::VectorXd& step() const { return step_; }
   /// Largest entry of the step.
   double step_size() const;
@@ -105,14 +109,18 @@ class SoftModel {
   virtual bool relax_penalty() { return false; }
   /// Resets the counters of penalty updates. For use after a long step.
   virtual void reset_penalty_counters() {}
-  /// Returns whether no small step reduces the violation of the constraints.
-  virtual bool locally_infeasible() { return false; }
+  /// Called after linearize() at a point that is new because minimize_violation() has moved X̄ there.
+  virtual void begin_after_restoration() {}
   /// Moves X̄ to the point that the evaluator has saved.
   void restore() {
     hessian_is_current_ = false;
     nlp_.restore();
   }
   virtual void restore_best() {}
+  /// Returns whether X̄ satisfies hard constraints and the first-order conditions with other multipliers, which then
+  /// become the last ones. Those of the augmented Lagrangian diverge if gradients of active constraints vanish or nearly
+  /// depend on each other.
+  virtual bool is_solution(double /*tolerance*/) { return false; }
   /// Cost of the best feasible point.
   virtual double best_cost() const { return std::numeric_limits<double>::infinity(); }
   /// Stores the last multipliers in the hard blocks of the problem.
@@ -141,6 +149,7 @@ class SoftModel {
     });
   }
   double scaled(const Eigen::VectorXd& gradient) const;
+  double third_order_term(Eigen::VectorXd& term);
   BlockCholesky compile();
 
   NlpEvaluator& nlp_;

@@ -13,7 +13,7 @@ constexpr int kManyActiveSets = 6;     // number of active sets after which one 
 constexpr double kWrongSign = 1e-9;    // of a multiplier [standard deviations]
 constexpr double kMeritNoise = 1e-10;  // relative change of the merit function that may be rounding
 constexpr double kExcessiveDamping = 1e6;
-constexpr double kNearlyFeasible = 1e-4;  // violation after a step that one correction removes
+constexpr double kNearlyFeasible = 1e4;  // violation after a step that one correction removes, in tolerances
 
 }  // namespace
 
@@ -35,7 +35,10 @@ Summary ActiveSetSolve::run() {
   auto& s = session_.summary;
   nlp_.multipliers(y_);
   sides_ = ActiveRows::sides(nlp_, y_);
-  if (session_.start(nlp_, [this] { return linearize(); })) iterate();
+  if (session_.start(nlp_, [this] { return linearize(); })) {
+    tolerances_ = row_tolerances(nlp_, jacobian_, kConstraintTolerance);
+    iterate();
+  }
   nlp_.reset();
   if (s.status == Status::failed || s.status == Status::infeasible || gave_up_) return s;
   if (damped_) {  // the covariance needs the factor of the undamped problem
@@ -43,9 +46,9 @@ Summary ActiveSetSolve::run() {
     damping_.reset();
     factorize();
   }
-  const NlpEvaluator::Violation worst = nlp_.violation(c_);
-  s.max_violation = worst.size;
-  if (worst.size > kConstraintTolerance) s.worst_constraint = nlp_.describe_row(worst.row);
+  s.max_violation = nlp_.violation(c_).size;
+  const NlpEvaluator::Violation worst = violation(c_);
+  if (worst.size > 1) s.worst_constraint = nlp_.describe_row(worst.row);
   nlp_.set_multipliers(y_);
   return s;
 }
@@ -72,10 +75,9 @@ void ActiveSetSolve::iterate() {
       give_up();  // the next solver names the block
       return;
     }
-    const double violation = nlp_.violation(c_).size;
-    session_.report(s.iterations, s.cost, s.iterations ? step_.norm() : 0.0, violation);
+    session_.report(s.iterations, s.cost, s.iterations ? step_.norm() : 0.0, nlp_.violation(c_).size);
     if (session_.should_stop()) return;
-    if (s.iterations >= options_.max_iterations && violation <= kConstraintTolerance) {
+    if (s.iterations >= options_.max_iterations && violation(c_).size <= 1) {
       session_.end(Status::max_iterations);
       return;
     }
@@ -145,8 +147,7 @@ bool ActiveSetSolve::change_active_set(bool all) {
       if (by <= kWrongSign) y_[i] = 0;
     } else if (side == ActiveRows::inactive) {
       const double above = of_step_[i] - high, below = low - of_step_[i];
-      if (std::max(above, below) > 0.1 * kConstraintTolerance)
-        next = above > below ? ActiveRows::upper : ActiveRows::lower;
+      if (std::max(above, below) > 0.1 * tolerances_[i]) next = above > below ? ActiveRows::upper : ActiveRows::lower;
       by = std::max(above, below) * rows_.root_stiffness(i);
     }
     if (next == side) continue;
@@ -218,8 +219,8 @@ bool ActiveSetSolve::try_step() {
   };
   double merit = merit_at_step();
   const bool accepted = is_accepted(merit);
-  const double left = accepted ? nlp_.violation(trial_c_).size : 0;
-  if (!accepted || (left > kConstraintTolerance && left <= kNearlyFeasible)) {
+  const double left = accepted ? violation(trial_c_).size : 0;
+  if (!accepted || (left > 1 && left <= kNearlyFeasible)) {
     const Eigen::VectorXd full = step_, multipliers = y_;
     nlp_.reset();
     correct_step();
@@ -232,7 +233,7 @@ bool ActiveSetSolve::try_step() {
     }
   }
   if (!accepted && !is_accepted(merit)) {
-    if (undamped && predicted_ <= min_gain && nlp_.violation(c_).size <= kConstraintTolerance)
+    if (undamped && predicted_ <= min_gain && violation(c_).size <= 1)
       session_.end(Status::converged, "the cost no longer changes");
     return false;
   }
@@ -241,7 +242,7 @@ bool ActiveSetSolve::try_step() {
   s.cost = trial_cost_;
   c_.swap(trial_c_);
   jacobian_.swap(trial_jacobian_);
-  if (!undamped || nlp_.violation(c_).size > kConstraintTolerance) return true;
+  if (!undamped || violation(c_).size > 1) return true;
   if (remaining_gain() <= min_gain) {
     session_.end(Status::converged, "the predicted gain of another step is below the tolerance");
   } else if (step_.cwiseAbs().maxCoeff() <= options_.step_tolerance) {

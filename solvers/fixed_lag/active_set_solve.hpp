@@ -3,7 +3,7 @@
 #include <vector>
 
 #include <tandem/problem/nlp_evaluator.hpp>
-#include <tandem/solvers/fixed_lag/active_rows.hpp>
+#include <tandem/solvers/active_rows.hpp>
 #include <tandem/solvers/fixed_lag/fixed_lag_options.hpp>
 #include <tandem/solvers/fixed_lag/window_damping.hpp>
 #include <tandem/solvers/linear/block_cholesky.hpp>
@@ -43,6 +43,8 @@ class ActiveSetSolve {
   bool factorize();
   bool change_active_set(bool all);
   void bounds_minus(const Eigen::VectorXd& c, Eigen::VectorXd& b) const;
+  /// Largest violation relative to the tolerance of its row; above 1 if a row is violated.
+  NlpEvaluator::Violation violation(const Eigen::VectorXd& c) const { return relative_violation(nlp_, c, tolerances_); }
   double penalised_violation(const Eigen::VectorXd& c) const;
   double merit_at_step();
   bool try_step();
@@ -61,6 +63,7 @@ class ActiveSetSolve {
   bool damped_ = true, gave_up_ = false;
   Eigen::VectorXd gradient_, hessian_, scale_, shift_, step_, trial_gradient_, augmented_;
   Eigen::VectorXd c_, jacobian_, trial_c_, trial_jacobian_, y_, b_, of_step_, penalty_;
+  Eigen::VectorXd tolerances_;  // on the violation of each row
 };
 
 }  // namespace tandem::detail

@@ -5,7 +5,7 @@
 
 #include <Eigen/Core>
 
-#include <tandem/solvers/fixed_lag/active_rows.hpp>
+#include <tandem/solvers/active_rows.hpp>
 
 namespace tandem::detail {
 

@@ -72,12 +72,12 @@ class DampedSqp::Loop {
  private:
   double seconds() const { return std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count(); }
   bool stopped() const { return options_.stop && options_.stop->load(std::memory_order_relaxed); }
-  bool feasible() const { return model_.violation().size <= options_.feasible; }
+  bool feasible() const { return model_.meets(options_.feasible); }
   detail::Filter::Point here() const { return {model_.progress().cost, model_.progress().violation}; }
 
   Summary end(Status status, std::string why);
   void reduce_damping(double& damping, double violation) const;
-  void set_violation(const NlpEvaluator::Violation& worst);
+  void set_violation(const NlpEvaluator::Violation& worst, bool met);
   Summary end_at_best(Status status, const char* why);
   Summary end_stalled();
   bool find_step(double& damped);
@@ -101,26 +101,26 @@ Summary DampedSqp::Loop::end(Status status, std::string why) {
   summary_.status = status;
   summary_.message = std::move(why);
   if (begun_) model_.store_multipliers();
-  set_violation(model_.violation());
+  set_violation(model_.violation(), !begun_ || feasible());
   summary_.seconds = seconds();
   return summary_;
 }
 
-void DampedSqp::Loop::set_violation(const NlpEvaluator::Violation& worst) {
+void DampedSqp::Loop::set_violation(const NlpEvaluator::Violation& worst, bool met) {
   summary_.max_violation = worst.size;
-  summary_.worst_constraint = worst.size > options_.feasible ? nlp_.describe_row(worst.row) : std::string();
+  summary_.worst_constraint = met ? std::string() : nlp_.describe_row(worst.row);
 }
 
 /// Ends at the best point so far, which is feasible if any point was.
 Summary DampedSqp::Loop::end_at_best(Status status, const char* why) {
   end(status, why);
-  if (summary_.max_violation > options_.feasible) {
+  if (!summary_.worst_constraint.empty()) {
     model_.restore_best();
     nlp_.reset();
     summary_.cost = nlp_.cost();
     Eigen::VectorXd c(nlp_.num_rows());
     nlp_.constraints(c);
-    set_violation(nlp_.violation(c));
+    set_violation(nlp_.violation(c), detail::violated_row(nlp_, c, options_.feasible) < 0);
   }
   return summary_;
 }
@@ -268,7 +268,7 @@ Summary DampedSqp::Loop::run() {
       damping = std::min(kMaxDamping, kDampingIncrease * damping);
     else if (violation > kSmallDecrease * std::max(before, options_.feasible))
       damping = std::min(kMaxDamping, kDampingIncrease * damping);
-    else if (violation < kLargeDecrease * before || violation <= options_.feasible)
+    else if (violation < kLargeDecrease * before || feasible())
       reduce_damping(damping, violation);
     const int done = k + 1;
     if (done >= (curvature_iteration_ ? curvature_iteration_ + kCurvaturePeriod : kCurvatureAfter) &&

@@ -28,7 +28,8 @@ namespace tandem {
 class DampedSqp {
  public:
   struct Options {
-    double feasible = 5e-7;        ///< largest violation of a solution, in the units of the rows
+    /// Largest violation of a solution, in the units of the rows. Rows of large terms are met up to their rounding.
+    double feasible = 5e-7;
     double cost_tolerance = 1e-4;  ///< predicted decrease of the cost, relative to 1 + cost, at convergence
     int patience = 20;             ///< iterations after which any feasible point is accepted
     int max_iterations = 40;

@@ -13,6 +13,19 @@ namespace {
 using ::testing::AnyOf;
 using ::testing::HasSubstr;
 
+/// Residual ‖x − centre‖², with the centre on the x axis.
+struct Ball {
+  static constexpr std::string_view name = "ball";
+  static constexpr int dim = 1;
+  using States = std::tuple<R3>;
+  double centre;
+  void operator()(const R3& p, Vector<1>& r, Matrix<1, 3>* J = nullptr) const {
+    const Vector<3> d = p.vector() - centre * Vector<3>::UnitX();
+    r[0] = d.squaredNorm();
+    if (J) *J = 2.0 * d.transpose();
+  }
+};
+
 std::vector<AnySolver> solvers() {
   std::vector<AnySolver> all{any_solver("augmented_lagrangian", true, AugmentedLagrangianOptions{})};
   if (ipopt_present()) all.insert(all.end(), {ipopt(Hessian::automatic), ipopt_mumps()});
@@ -72,6 +85,17 @@ TEST_P(Infeasible, ConstraintsBetweenFixedVariables) {
   problem.subject_to(RelativePose<R1>{R1()}, between(-4.0, 4.0), {here, x});
   problem.subject_to(RelativePose<R1>{R1()}, between(-4.0, 4.0), {x, there});
   expect_infeasible(problem, 1.0, AnyOf(HasSubstr("here, between"), HasSubstr("between, there")));
+}
+
+/// Two balls of radius 1 m, 5 m apart. Near the line between their centres, no row changes across it to first order.
+TEST_P(Infeasible, DisjointBalls) {
+  Problem problem;
+  const auto x = problem.add(R3({0.0, 0.1, 0.0}), "x");
+  problem.minimize(Prior<R3>{R3({1.0, 2.0, 0.0})}, Gaussian{1.0, 1.0, 1.0}, {x});
+  problem.subject_to(Ball{0.0}, at_most(1.0), {x});
+  problem.subject_to(Ball{5.0}, at_most(1.0), {x});
+  expect_infeasible(problem, 5.25, HasSubstr("ball of x"));
+  EXPECT_LE((problem.value(x).vector() - Vector<3>(2.5, 0.0, 0.0)).norm(), 0.1);
 }
 
 INSTANTIATE_TEST_SUITE_P(Solvers, Infeasible, ::testing::ValuesIn(solvers()),

@@ -1,7 +1,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include <tandem/solvers/fixed_lag/active_rows.hpp>
+#include <tandem/solvers/active_rows.hpp>
 #include <tandem/solvers/linear/hessian_diagonal.hpp>
 
 namespace tandem::detail {
