@@ -118,17 +118,23 @@ EliminatedProgram eliminate(const Eigen::MatrixXd& H, const Eigen::VectorXd& g, 
   }
   const Eigen::MatrixXd determined = -V.leftCols(rank) * held;  // [G f]
   const Eigen::Index free = m - rank;
-  Eigen::MatrixXd T = Eigen::MatrixXd::Zero(n, free + kept);  // δ = T [y; s] + [f; 0]
-  T.topLeftCorner(m, free) = V.rightCols(free);
-  T.topRightCorner(m, kept) = determined.leftCols(kept);
-  if (kept > 0) T.bottomRightCorner(kept, kept).setIdentity();  // T has no columns if nothing is free or kept
+  // δ = T [y; s] + [f; 0] with T = [V₂ G; 0 I], of which only the upper rows are stored
+  Eigen::MatrixXd upper(m, free + kept);
+  upper << V.rightCols(free), determined.leftCols(kept);
   const Eigen::VectorXd f = determined.col(kept), Hf = H.leftCols(m) * f;
 
-  Eigen::MatrixXd reduced = T.transpose() * H * T;
+  const Eigen::MatrixXd HT = H.topLeftCorner(m, m) * upper;
+  const Eigen::MatrixXd mixed = upper.transpose() * H.topRightCorner(m, kept);
+  Eigen::MatrixXd reduced = upper.transpose() * HT;
+  reduced.rightCols(kept) += mixed;
+  reduced.bottomRows(kept) += mixed.transpose();
+  reduced.bottomRightCorner(kept, kept) += H.bottomRightCorner(kept, kept);
   reduced = 0.5 * (reduced + reduced.transpose()).eval();
-  Eigen::VectorXd gradient = T.transpose() * (g + Hf);
+  Eigen::VectorXd gradient = upper.transpose() * (g + Hf).head(m);
+  gradient.tail(kept) += (g + Hf).tail(kept);
   // Terms that cancel leave rounding errors, which are no information.
-  const Eigen::VectorXd terms = T.cwiseAbs2().transpose() * H.diagonal();
+  Eigen::VectorXd terms = upper.cwiseAbs2().transpose() * H.diagonal().head(m);
+  terms.tail(kept) += H.diagonal().tail(kept);
   const double rounding = 10.0 * double(n) * std::numeric_limits<double>::epsilon();
   for (Eigen::Index i = 0; i < reduced.rows(); ++i) {
     if (reduced(i, i) > rounding * terms[i]) continue;

@@ -3,6 +3,7 @@
 
 #include <tandem/solvers/active_rows.hpp>
 #include <tandem/solvers/linear/hessian_diagonal.hpp>
+#include <tandem/solvers/linear/panel_kernels.hpp>
 
 namespace tandem::detail {
 namespace {
@@ -28,11 +29,14 @@ std::vector<ActiveRows::Side> ActiveRows::sides(const NlpEvaluator& nlp, const E
 ActiveRows::ActiveRows(const NlpEvaluator& nlp, const Eigen::VectorXd& jacobian, const std::vector<Side>& sides,
                        const Eigen::VectorXd& scale) {
   const TripletPattern& pattern = nlp.jacobian_pattern();
-  const double least = min_curvature(scale);
+  const Eigen::VectorXd variance = scale.cwiseMax(min_curvature(scale)).cwiseInverse();
   root_.setZero(nlp.num_rows());
+  row_.reserve(pattern.row.size());
+  column_.reserve(pattern.row.size());
+  value_.reserve(pattern.row.size());
   for (std::size_t k = 0; k < pattern.row.size(); ++k) {
     const double J = jacobian[Eigen::Index(k)];
-    root_[pattern.row[k]] += J * J / std::max(scale[pattern.column[k]], least);
+    root_[pattern.row[k]] += J * J * variance[pattern.column[k]];
     if (sides[std::size_t(pattern.row[k])] == inactive || J == 0) continue;
     row_.push_back(pattern.row[k]);
     column_.push_back(pattern.column[k]);
@@ -45,32 +49,58 @@ ActiveRows::ActiveRows(const NlpEvaluator& nlp, const Eigen::VectorXd& jacobian,
   }
 }
 
-bool ActiveRows::solve(const BlockCholesky& factor, const Eigen::VectorXd& g, const Eigen::VectorXd& b,
-                       Eigen::VectorXd& p, Eigen::VectorXd& y) const {
+double ActiveRows::size(const Eigen::VectorXd& errors, const Eigen::VectorXd& b) const {
+  return root_.cwiseProduct(errors).cwiseAbs().maxCoeff() / std::max(1.0, root_.cwiseProduct(b).cwiseAbs().maxCoeff());
+}
+
+double ActiveRows::solve(const BlockCholesky& factor, const Eigen::VectorXd& g, const Eigen::VectorXd& b,
+                         Eigen::VectorXd& p, Eigen::VectorXd& y, Eigen::VectorXd& errors) const {
+  rhs_ = weight_.cwiseProduct(b) - y;
+  p = -g;
+  for (std::size_t k = 0; k < value_.size(); ++k) p[column_[k]] += value_[k] * rhs_[row_[k]];
+  factor.solve(p);
+  errors = -b;
+  for (std::size_t k = 0; k < value_.size(); ++k) errors[row_[k]] += value_[k] * p[column_[k]];
+  y += weight_.cwiseProduct(errors);
+  return value_.empty() ? 0.0 : size(errors, b);
+}
+
+bool ActiveRows::refine(const BlockCholesky& factor, const Eigen::VectorXd& b, Eigen::VectorXd& p, Eigen::VectorXd& y,
+                        Eigen::VectorXd& errors) const {
   for (int i = 0; i < kMaxSolves; ++i) {
-    residual_ = weight_.cwiseProduct(b) - y;
-    p = -g;
-    for (std::size_t k = 0; k < value_.size(); ++k) p[column_[k]] += value_[k] * residual_[row_[k]];
-    factor.solve(p);
-    residual_.setZero();
-    for (std::size_t k = 0; k < value_.size(); ++k) residual_[row_[k]] += value_[k] * p[column_[k]];
-    double largest = 0;
-    for (Eigen::Index row = 0; row < y.size(); ++row) {
-      if (weight_[row] == 0) continue;
-      const double error = residual_[row] - b[row];
-      y[row] += weight_[row] * error;
-      largest = std::max(largest, root_[row] * std::abs(error));
-    }
-    if (!std::isfinite(largest)) return false;
-    if (largest <= kMaxResidual * std::max(1.0, root_.cwiseProduct(b).cwiseAbs().maxCoeff())) return true;
+    const double error = size(errors, b);
+    if (!std::isfinite(error)) return false;
+    if (error <= kMaxResidual) return true;
+    correct(factor, p, y, errors);
   }
   return false;
 }
 
+void ActiveRows::correct(const BlockCholesky& factor, Eigen::VectorXd& p, Eigen::VectorXd& y,
+                         Eigen::VectorXd& errors) const {
+  rhs_ = weight_.cwiseProduct(errors);
+  change_.setZero(p.size());
+  for (std::size_t k = 0; k < value_.size(); ++k) change_[column_[k]] -= value_[k] * rhs_[row_[k]];
+  factor.solve(change_);
+  p += change_;
+  for (std::size_t k = 0; k < value_.size(); ++k) errors[row_[k]] += value_[k] * change_[column_[k]];
+  y += weight_.cwiseProduct(errors);
+}
+
 BlockCholesky::Columns ActiveRows::white_product(const BlockCholesky::Columns& X) const {
-  BlockCholesky::Columns product = BlockCholesky::Columns::Zero(weight_.size(), X.cols());
-  for (std::size_t k = 0; k < value_.size(); ++k)
-    product.row(row_[k]) += std::sqrt(weight_[row_[k]]) * value_[k] * X.row(column_[k]);
+  std::vector<Eigen::Index> place(std::size_t(weight_.size()));  // among the active rows
+  Eigen::Index active = 0;
+  for (std::size_t row = 0; row < place.size(); ++row) place[row] = weight_[Eigen::Index(row)] > 0 ? active++ : 0;
+  BlockCholesky::Columns product(active, X.cols());
+  std::fill_n(product.data(), product.size(), 0.0);
+  dispatch_simd([&]() TANDEM_INLINED_HERE {
+    for (std::size_t k = 0; k < value_.size(); ++k) {
+      const double factor = -std::sqrt(weight_[row_[k]]) * value_[k];
+      const double* from = X.data() + column_[k] * X.cols();
+      double* to = product.data() + place[std::size_t(row_[k])] * X.cols();
+      for (Eigen::Index j = 0; j < X.cols(); j += 8) subtract_eight(factor, from + j, to + j);
+    }
+  });
   return product;
 }
 

@@ -17,7 +17,8 @@ namespace tandem::detail {
 ///
 ///   p = M⁻¹ (Aᵀ (W b − y) − g)      y ← y + W (A p − b)
 ///
-/// The limit minimises ½ pᵀ H p + gᵀ p under A p = b, with multipliers y. Redundant rows do no harm.
+/// The limit minimises ½ pᵀ H p + gᵀ p under A p = b, with multipliers y. Redundant rows do no harm. Each solve keeps
+/// H p + g + Aᵀ y = 0, so that only the rows have an error.
 class ActiveRows {
  public:
   /// Bound at which a row is active.
@@ -36,18 +37,29 @@ class ActiveRows {
   const Eigen::VectorXd& weights() const { return weight_; }
   /// Returns √w⁰ of each row of the NLP, where 1/w⁰ is the variance that the cost alone would leave it, roughly.
   double root_stiffness(Eigen::Index row) const { return root_[row]; }
-  /// Sets p and y from the right-hand sides g and b, which has one entry per row of the NLP. y must be a guess of the
-  /// multipliers, 0 for inactive rows. Returns false if the equations contradict each other.
-  bool solve(const BlockCholesky& factor, const Eigen::VectorXd& g, const Eigen::VectorXd& b, Eigen::VectorXd& p,
-             Eigen::VectorXd& y) const;
-  /// Returns W^½ A X for a matrix X with one row per unknown.
+  /// Sets p and y by one solve, from the right-hand sides g and b, which has one entry per row of the NLP. y must be a
+  /// guess of the multipliers, 0 for inactive rows. Sets the `errors` A p − b of the rows, and returns the largest one
+  /// [standard deviations, or relative to the largest entry of b].
+  double solve(const BlockCholesky& factor, const Eigen::VectorXd& g, const Eigen::VectorXd& b, Eigen::VectorXd& p,
+               Eigen::VectorXd& y, Eigen::VectorXd& errors) const;
+  /// Corrects p and y of solve() until the largest error is negligible. Returns false if the equations contradict each
+  /// other.
+  bool refine(const BlockCholesky& factor, const Eigen::VectorXd& b, Eigen::VectorXd& p, Eigen::VectorXd& y,
+              Eigen::VectorXd& errors) const;
+  /// Corrects p and y by one solve for errors of the rows, and sets them to those of the linear rows that are left. The
+  /// errors may be those of the rows of the problem at p, which are curved. They must be 0 for inactive rows.
+  void correct(const BlockCholesky& factor, Eigen::VectorXd& p, Eigen::VectorXd& y, Eigen::VectorXd& errors) const;
+  /// Returns W^½ A X, with one row per active row, for a matrix X with one row per unknown and a multiple of eight
+  /// columns.
   BlockCholesky::Columns white_product(const BlockCholesky::Columns& X) const;
 
  private:
   std::vector<int> row_, column_;  // entries of the active rows
   std::vector<double> value_;
   Eigen::VectorXd weight_, root_;  // of each row of the NLP
-  mutable Eigen::VectorXd residual_;
+  mutable Eigen::VectorXd rhs_, change_;
+
+  double size(const Eigen::VectorXd& errors, const Eigen::VectorXd& b) const;
 };
 
 }  // namespace tandem::detail

@@ -13,7 +13,10 @@ constexpr int kManyActiveSets = 6;     // number of active sets after which one 
 constexpr double kWrongSign = 1e-9;    // of a multiplier [standard deviations]
 constexpr double kMeritNoise = 1e-10;  // relative change of the merit function that may be rounding
 constexpr double kExcessiveDamping = 1e6;
-constexpr double kNearlyFeasible = 1e4;  // violation after a step that one correction removes, in tolerances
+constexpr double kSmallRowErrors = 1e-4;       // of one solve [standard deviations]
+constexpr double kNegligibleViolation = 1e-3;  // in tolerances
+constexpr int kMaxCorrections = 6;             // of a step; two or three are usual
+constexpr double kSlowDecrease = 0.1;          // of the error of the rows by a correction
 
 }  // namespace
 
@@ -35,10 +38,12 @@ Summary ActiveSetSolve::run() {
   auto& s = session_.summary;
   nlp_.multipliers(y_);
   sides_ = ActiveRows::sides(nlp_, y_);
-  if (session_.start(nlp_, [this] { return linearize(); })) {
+  const auto begin = [this] {
+    nlp_.linearize_constraints(c_, jacobian_);
     tolerances_ = row_tolerances(nlp_, jacobian_, kConstraintTolerance);
-    iterate();
-  }
+    return linearize();
+  };
+  if (session_.start(nlp_, begin)) iterate();
   nlp_.reset();
   if (s.status == Status::failed || s.status == Status::infeasible || gave_up_) return s;
   if (damped_) {  // the covariance needs the factor of the undamped problem
@@ -49,16 +54,17 @@ Summary ActiveSetSolve::run() {
   s.max_violation = nlp_.violation(c_).size;
   const NlpEvaluator::Violation worst = violation(c_);
   if (worst.size > 1) s.worst_constraint = nlp_.describe_row(worst.row);
+  drop_wrong_signs();  // corrections leave rounding errors
   nlp_.set_multipliers(y_);
   return s;
 }
 
+/// Evaluates the derivatives of the cost. Those of the rows at X̄ are known from the last step.
 double ActiveSetSolve::linearize() {
   const Session::Timer timer(session_.summary.evaluation_seconds);
   ++session_.summary.evaluations;
   const double cost = nlp_.linearize(gradient_, hessian_);
   hessian_diagonal(nlp_.hessian_pattern(), hessian_, scale_);
-  nlp_.linearize_constraints(c_, jacobian_);
   return cost;
 }
 
@@ -98,10 +104,21 @@ void ActiveSetSolve::iterate() {
 /// Minimises the model. On the way, finds its active set.
 bool ActiveSetSolve::find_step() {
   const Session::Timer timer(session_.summary.linear_solver_seconds);
-  bounds_minus(c_, b_);
   for (int set = 0; set < kMaxActiveSets; ++set) {
-    if (!factorize() || !rows_.solve(cholesky_, gradient_, b_, step_, y_)) return give_up();
-    if (change_active_set(set < kManyActiveSets)) continue;
+    bounds_minus(c_, b_);
+    if (!factorize()) return give_up();
+    // One solve is enough if its errors are small and do not decide on the active set: correct_step() removes them.
+    const double error = rows_.solve(cholesky_, gradient_, b_, step_, y_, errors_);
+    bool changes = must_change_active_set();
+    if (!(error <= kSmallRowErrors) || (changes && !rows_.empty())) {
+      if (!rows_.refine(cholesky_, b_, step_, y_, errors_)) return give_up();
+      changes = must_change_active_set();
+    }
+    if (changes) {
+      change_active_set(set < kManyActiveSets);
+      continue;
+    }
+    drop_wrong_signs();
     // The cost falls by −gᵀp − ½ pᵀHp with (H + λD) p = −g − Aᵀ y, and the violation vanishes.
     penalty_ = 2 * y_.cwiseAbs();
     predicted_ = 0.5 * (step_.cwiseAbs2().dot(shift_) - gradient_.dot(step_) + y_.dot(b_)) + penalised_violation(c_);
@@ -125,48 +142,56 @@ bool ActiveSetSolve::factorize() {
   return false;
 }
 
-/// Updates the active set for the step: all rows that must change, or the worst of them. Returns whether one changed.
-bool ActiveSetSolve::change_active_set(bool all) {
+/// Returns the side of a row that the model's minimum asks for.
+ActiveSetSolve::Change ActiveSetSolve::change_of(Eigen::Index row) const {
+  const double low = nlp_.lower()[row], high = nlp_.upper()[row];
+  const ActiveRows::Side side = sides_[std::size_t(row)];
+  if (low == high) return {side, 0};
+  if (side == ActiveRows::inactive) {
+    const double above = of_step_[row] - high, below = low - of_step_[row];
+    if (std::max(above, below) <= 0.1 * tolerances_[row]) return {side, 0};
+    return {above > below ? ActiveRows::upper : ActiveRows::lower, std::max(above, below) * rows_.root_stiffness(row)};
+  }
+  if (int(side) * y_[row] >= 0) return {side, 0};
+  const double by = std::abs(y_[row]) / rows_.root_stiffness(row);
+  return {by > kWrongSign ? ActiveRows::inactive : side, by};
+}
+
+bool ActiveSetSolve::must_change_active_set() {
   const TripletPattern& pattern = nlp_.jacobian_pattern();
   of_step_ = c_;
   for (std::size_t k = 0; k < pattern.row.size(); ++k)
     of_step_[pattern.row[k]] += jacobian_[Eigen::Index(k)] * step_[pattern.column[k]];
-  bool changed = false;
-  double worst = 0;
+  for (Eigen::Index i = 0; i < c_.size(); ++i)
+    if (change_of(i).side != sides_[std::size_t(i)]) return true;
+  return false;
+}
+
+/// Updates the active set for the step: all rows that must change, or the worst of them.
+void ActiveSetSolve::change_active_set(bool all) {
+  const auto change = [&](Eigen::Index row, ActiveRows::Side side) {
+    sides_[std::size_t(row)] = side;
+    if (side == ActiveRows::inactive) y_[row] = 0;
+  };
+  Change worst{ActiveRows::inactive, 0};
   Eigen::Index worst_row = -1;
-  ActiveRows::Side worst_side{};
   for (Eigen::Index i = 0; i < c_.size(); ++i) {
-    const double low = nlp_.lower()[i], high = nlp_.upper()[i];
-    ActiveRows::Side& side = sides_[std::size_t(i)];
-    if (low == high) continue;
-    ActiveRows::Side next = side;
-    double by = 0;
-    if (side != ActiveRows::inactive && int(side) * y_[i] < 0) {
-      by = std::abs(y_[i]) / rows_.root_stiffness(i);
-      if (by > kWrongSign) next = ActiveRows::inactive;
-      if (by <= kWrongSign) y_[i] = 0;
-    } else if (side == ActiveRows::inactive) {
-      const double above = of_step_[i] - high, below = low - of_step_[i];
-      if (std::max(above, below) > 0.1 * tolerances_[i]) next = above > below ? ActiveRows::upper : ActiveRows::lower;
-      by = std::max(above, below) * rows_.root_stiffness(i);
-    }
-    if (next == side) continue;
-    changed = true;
+    const Change next = change_of(i);
+    if (next.side == sides_[std::size_t(i)]) continue;
     if (all) {
-      side = next;
-      if (next == ActiveRows::inactive) y_[i] = 0;
-    } else if (by > worst) {
-      worst = by;
+      change(i, next.side);
+    } else if (next.by > worst.by) {
+      worst = next;
       worst_row = i;
-      worst_side = next;
     }
   }
-  if (worst_row >= 0) {
-    sides_[std::size_t(worst_row)] = worst_side;
-    if (worst_side == ActiveRows::inactive) y_[worst_row] = 0;
-  }
-  if (changed) bounds_minus(c_, b_);
-  return changed;
+  if (worst_row >= 0) change(worst_row, worst.side);
+}
+
+/// Sets multipliers of the wrong sign, which are negligible once the active set is found, to zero.
+void ActiveSetSolve::drop_wrong_signs() {
+  for (Eigen::Index i = 0; i < y_.size(); ++i)
+    if (nlp_.lower()[i] != nlp_.upper()[i] && int(sides_[std::size_t(i)]) * y_[i] < 0) y_[i] = 0;
 }
 
 /// b = bound − c of the active rows, 0 for the others.
@@ -198,17 +223,36 @@ double ActiveSetSolve::merit_at_step() {
   }
 }
 
-/// Second-order correction: moves the step so that the curved rows hold (Nocedal & Wright 2006, §18.3).
-void ActiveSetSolve::correct_step() {
+/// Second-order corrections: move the step until the curved active rows hold (Nocedal & Wright 2006, §18.3), or as long
+/// as their error falls fast. Each one takes a solve with the factor at hand. Returns whether the step has changed.
+bool ActiveSetSolve::correct_step() {
   const Session::Timer timer(session_.summary.linear_solver_seconds);
-  bounds_minus(trial_c_, b_);
-  for (Eigen::Index i = 0; i < b_.size(); ++i)
-    if (sides_[std::size_t(i)] != ActiveRows::inactive) b_[i] += of_step_[i] - c_[i];
-  rows_.solve(cholesky_, gradient_, b_, step_, y_);
+  Eigen::VectorXd last_step = step_, last_y = y_;
+  double before = HUGE_VAL;
+  for (int i = 0;; ++i) {
+    double error = HUGE_VAL;
+    try {
+      nlp_.move_to(step_);
+      nlp_.constraints(trial_c_);
+      bounds_minus(trial_c_, errors_);
+      errors_ = -errors_;
+      error = errors_.cwiseQuotient(tolerances_).cwiseAbs().maxCoeff();
+    } catch (const UndefinedResidualError&) {
+    }
+    if (!(error < before)) {
+      step_ = last_step;
+      y_ = last_y;
+      return i > 1;
+    }
+    if (error <= kNegligibleViolation || error > kSlowDecrease * before || i == kMaxCorrections) return i > 0;
+    before = error;
+    last_step = step_;
+    last_y = y_;
+    rows_.correct(cholesky_, step_, y_, errors_);
+  }
 }
 
-/// Tries the step. Corrects it if it fails, or if only the curvature of the rows keeps it from being the last one.
-/// Returns false if X̄ does not move.
+/// Tries the step for which the active rows hold, then that of the model. Returns false if X̄ does not move.
 bool ActiveSetSolve::try_step() {
   auto& s = session_.summary;
   const double min_gain = options_.cost_tolerance * std::max(1.0, s.cost);
@@ -217,22 +261,16 @@ bool ActiveSetSolve::try_step() {
   const auto is_accepted = [&](double merit) {
     return std::isfinite(merit) && before - merit >= std::min(1e-4 * predicted_, -rounding + predicted_);
   };
+  const Eigen::VectorXd full = step_, multipliers = y_;
+  const bool corrected = !rows_.empty() && correct_step();
   double merit = merit_at_step();
-  const bool accepted = is_accepted(merit);
-  const double left = accepted ? violation(trial_c_).size : 0;
-  if (!accepted || (left > 1 && left <= kNearlyFeasible)) {
-    const Eigen::VectorXd full = step_, multipliers = y_;
-    nlp_.reset();
-    correct_step();
+  if (corrected && !is_accepted(merit)) {
+    step_ = full;
+    y_ = multipliers;
     merit = merit_at_step();
-    if (!is_accepted(merit)) {
-      step_ = full;
-      y_ = multipliers;
-      nlp_.reset();
-      if (accepted) merit = merit_at_step();
-    }
   }
-  if (!accepted && !is_accepted(merit)) {
+  if (!is_accepted(merit)) {
+    nlp_.reset();
     if (undamped && predicted_ <= min_gain && violation(c_).size <= 1)
       session_.end(Status::converged, "the cost no longer changes");
     return false;

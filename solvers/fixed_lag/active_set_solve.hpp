@@ -18,9 +18,10 @@ namespace tandem::detail {
 /// step would violate enter it, until it is that of the model's solution (Hintermüller, Ito & Kunisch 2002, The
 /// primal-dual active set strategy). If it does not change, a step needs one factorisation, as without constraints.
 ///
-/// Steps that do not reduce the ℓ1 merit function are corrected for the curvature of the rows, then damped as by
-/// Levenberg and Marquardt. Unobservable directions, such as the heading of a target of which only positions are
-/// measured, are damped from the start. The method ends after max_iterations if the constraints hold then.
+/// Each step is corrected for the curvature of the active rows, with the factor at hand. Steps that do not reduce the ℓ1
+/// merit function, corrected or not, are damped as by Levenberg and Marquardt. Unobservable directions, such as the
+/// heading of a target of which only positions are measured, are damped from the start. The method ends after
+/// max_iterations if the constraints hold then.
 ///
 /// It gives up if the linearised rows contradict each other, if the active set cycles, or if neither damping nor ten
 /// times max_iterations give a solution. The caller then uses a globally convergent solver, from the point reached.
@@ -41,14 +42,21 @@ class ActiveSetSolve {
   void iterate();
   bool find_step();
   bool factorize();
-  bool change_active_set(bool all);
+  struct Change {
+    ActiveRows::Side side;
+    double by;  // wrong multiplier or violation [standard deviations]
+  };
+  Change change_of(Eigen::Index row) const;
+  bool must_change_active_set();
+  void change_active_set(bool all);
+  void drop_wrong_signs();
   void bounds_minus(const Eigen::VectorXd& c, Eigen::VectorXd& b) const;
   /// Largest violation relative to the tolerance of its row; above 1 if a row is violated.
   NlpEvaluator::Violation violation(const Eigen::VectorXd& c) const { return relative_violation(nlp_, c, tolerances_); }
   double penalised_violation(const Eigen::VectorXd& c) const;
   double merit_at_step();
   bool try_step();
-  void correct_step();
+  bool correct_step();
   double remaining_gain();
   bool give_up();
 
@@ -62,7 +70,7 @@ class ActiveSetSolve {
   double predicted_ = 0, trial_cost_ = 0;
   bool damped_ = true, gave_up_ = false;
   Eigen::VectorXd gradient_, hessian_, scale_, shift_, step_, trial_gradient_, augmented_;
-  Eigen::VectorXd c_, jacobian_, trial_c_, trial_jacobian_, y_, b_, of_step_, penalty_;
+  Eigen::VectorXd c_, jacobian_, trial_c_, trial_jacobian_, y_, b_, errors_, of_step_, penalty_;
   Eigen::VectorXd tolerances_;  // on the violation of each row
 };
 

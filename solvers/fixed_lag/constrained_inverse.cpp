@@ -1,40 +1,59 @@
 #include <algorithm>
 
 #include <tandem/solvers/fixed_lag/constrained_inverse.hpp>
+#include <tandem/solvers/linear/panel_kernels.hpp>
 
 namespace tandem::detail {
 namespace {
 
 constexpr double kDetermined = 1e-3;  // largest remaining share of the variance of an unknown that the rows determine
 
+/// Returns −AᵀB for matrices of a multiple of eight columns.
+BlockCholesky::Columns negative_products(const BlockCholesky::Columns& A, const BlockCholesky::Columns& B) {
+  BlockCholesky::Columns products(A.cols(), B.cols());
+  dispatch_simd([&]() TANDEM_INLINED_HERE {
+    constexpr int kTile = 4;
+    for (Eigen::Index i = 0; i < A.cols(); i += kTile)
+      for (Eigen::Index j = 0; j < B.cols(); j += 8) {
+        Eight sum[kTile] = {};
+        subtract_transposed_eight<kTile>(int(A.rows()), A.data() + i, A.cols(), 1, B.data() + j, B.cols(), sum);
+        for (int c = 0; c < kTile; ++c) store(sum[c], products.data() + (i + c) * B.cols() + j);
+      }
+  });
+  return products;
+}
+
 }  // namespace
 
 void ConstrainedInverse::add(const BlockCholesky& factor, const ActiveRows& rows, const std::vector<int>& blocks) {
-  const Eigen::Index before = inverse_.cols();
+  const std::size_t before = columns_.size(), request = requests_.size();
   for (const int block : blocks) {
-    first_column_[block] = int(unknowns_.size());
-    for (int i = 0; i < factor.dofs(block); ++i) unknowns_.push_back(factor.first_unknown(block) + i);
+    first_column_[block] = int(columns_.size());
+    for (int i = 0; i < factor.dofs(block); ++i)
+      columns_.push_back({factor.first_unknown(block) + i, request, Eigen::Index(columns_.size() - before)});
   }
-  const Eigen::Index columns = Eigen::Index(unknowns_.size());
-  const BlockCholesky::Columns X = factor.columns_of_inverse(blocks), white = rows.white_product(X);
-  inverse_.conservativeResize(X.rows(), columns);
-  white_.conservativeResize(white.rows(), columns);
-  selected_.conservativeResize(columns, columns);
-  inverse_.rightCols(columns - before) = X.leftCols(columns - before);
-  white_.rightCols(columns - before) = white.leftCols(columns - before);
+  requests_.push_back({factor.columns_of_inverse(blocks), {}});
+  requests_.back().white = rows.white_product(requests_.back().inverse);
+  const auto inverse = [&](const Column& a, const Column& b) {
+    const Column& right = a.unknown < b.unknown ? b : a;
+    return requests_[right.request].inverse(std::min(a.unknown, b.unknown), right.at);
+  };
+  selected_.conservativeResize(Eigen::Index(columns_.size()), Eigen::Index(columns_.size()));
   // Each entry is computed once, in a way that does not depend on the order of the requests.
-  for (Eigen::Index j = before; j < columns; ++j)
-    for (Eigen::Index i = 0; i <= j; ++i) {
-      const auto [row, column] = std::minmax(
-          i, j, [&](Eigen::Index a, Eigen::Index b) { return unknowns_[std::size_t(a)] < unknowns_[std::size_t(b)]; });
-      selected_(i, j) = selected_(j, i) =
-          inverse_(unknowns_[std::size_t(row)], column) - white_.col(i).dot(white_.col(j));
-    }
+  for (std::size_t j = 0, of = 0; of <= request; ++of) {
+    const BlockCholesky::Columns products = negative_products(requests_[of].white, requests_.back().white);
+    for (; j < columns_.size() && columns_[j].request == of; ++j)
+      for (std::size_t i = before; i < columns_.size(); ++i) {
+        const auto row = Eigen::Index(i), column = Eigen::Index(j);
+        selected_(row, column) = selected_(column, row) =
+            inverse(columns_[i], columns_[j]) + products(columns_[j].at, columns_[i].at);
+      }
+  }
   // The variance of an unknown that the rows determine is zero; the step leaves a small share of it.
-  for (Eigen::Index i = 0; i < columns; ++i)
-    if (selected_(i, i) <= kDetermined * inverse_(unknowns_[std::size_t(i)], i)) {
-      selected_.row(i).setZero();
-      selected_.col(i).setZero();
+  for (std::size_t i = 0; i < columns_.size(); ++i)
+    if (selected_(Eigen::Index(i), Eigen::Index(i)) <= kDetermined * inverse(columns_[i], columns_[i])) {
+      selected_.row(Eigen::Index(i)).setZero();
+      selected_.col(Eigen::Index(i)).setZero();
     }
 }
 

@@ -25,10 +25,18 @@ class ConstrainedInverse {
  private:
   void add(const BlockCholesky& factor, const ActiveRows& rows, const std::vector<int>& blocks);
 
+  struct Columns {
+    BlockCholesky::Columns inverse, white;  // M⁻¹ E and W^½ A M⁻¹ E, where E selects unknowns
+  };
+  struct Column {
+    int unknown;
+    std::size_t request;
+    Eigen::Index at;  // in the columns of the request
+  };
   std::map<int, int> first_column_;  // by block
-  std::vector<int> unknowns_;        // of each column
-  // M⁻¹ E and W^½ A M⁻¹ E, where E selects the unknowns, and Eᵀ S E
-  Eigen::MatrixXd inverse_, white_, selected_;
+  std::vector<Column> columns_;
+  std::vector<Columns> requests_;
+  Eigen::MatrixXd selected_;  // the rows of S of the columns
 };
 
 }  // namespace tandem::detail

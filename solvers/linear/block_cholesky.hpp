@@ -138,8 +138,9 @@ class BlockCholesky {
   [[gnu::always_inline]] void forward_top(int k, double* y) const;
   [[gnu::always_inline]] void forward_below(int begin, int end, int k, double* y) const;
   [[gnu::always_inline]] void backward_by(int k, double* y) const;
-  /// Solves for eight columns of a row-major matrix with rows at a distance of `stride`.
-  [[gnu::always_inline]] void backward_eight_by(int k, double* Y, std::ptrdiff_t stride) const;
+  /// Solves for the columns of a row-major matrix, a multiple of eight. N divides the width of k.
+  template <int N>
+  [[gnu::always_inline]] void backward_eights_by(int k, double* Y, int columns) const;
 
   int n_ = 0, blocks_ = 0, failed_ = -1;
   double nonzeros_ = 0;

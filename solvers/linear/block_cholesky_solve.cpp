@@ -61,23 +61,33 @@ inline void BlockCholesky::backward_by(int k, double* y) const {
   }
 }
 
-inline void BlockCholesky::backward_eight_by(int k, double* Y, std::ptrdiff_t stride) const {
-  const int n = size_[std::size_t(k)], m = panel_rows_[std::size_t(k)];
-  const double* P = entries_ + panel_[std::size_t(k)];
-  double* X = Y + first_unknown_[std::size_t(k)] * stride;
-  for (int c = n - 1; c >= 0; --c) {
-    const double* column = P + std::ptrdiff_t(c) * m;
-    double* x = X + c * stride;
-    double sum[8];
-    detail::copy(8, x, sum);
-    for (int b = below_start_[std::size_t(k)]; b < below_start_[std::size_t(k) + 1]; ++b) {
-      const Below& below = below_[std::size_t(b)];
-      const double* source = Y + below.unknown * stride;
-      for (int r = 0; r < below.rows; ++r) detail::subtract_eight(column[below.row + r], source + r * stride, sum);
+template <int N>
+inline void BlockCholesky::backward_eights_by(int k, double* Y, int columns) const {
+  const std::ptrdiff_t m = panel_rows_[std::size_t(k)];
+  const int width = size_[std::size_t(k)];
+  for (int first = width - N; first >= 0; first -= N) {  // N columns of the panel at a time
+    const double* A = entries_ + panel_[std::size_t(k)] + first * m;
+    double inverse[N];
+    for (int c = 0; c < N; ++c) inverse[c] = 1 / A[first + c + c * m];
+    for (int j = 0; j < columns; j += 8) {
+      double* X = Y + j + std::ptrdiff_t(first_unknown_[std::size_t(k)] + first) * columns;
+      detail::Eight x[N], later;
+      for (int c = 0; c < N; ++c) detail::load(X + c * columns, x[c]);
+      for (int b = below_start_[std::size_t(k)]; b < below_start_[std::size_t(k) + 1]; ++b) {
+        const Below& below = below_[std::size_t(b)];
+        const double* source = Y + j + std::ptrdiff_t(below.unknown) * columns;
+        detail::subtract_transposed_eight<N>(below.rows, A + below.row, 1, m, source, columns, x);
+      }
+      for (int i = N; i < width - first; ++i) {
+        detail::load(X + i * columns, later);
+        for (int c = 0; c < N; ++c) x[c] -= A[first + i + c * m] * later;
+      }
+      for (int c = N - 1; c >= 0; --c) {
+        for (int i = c + 1; i < N; ++i) x[c] -= A[first + i + c * m] * x[i];
+        x[c] *= inverse[c];
+        detail::store(x[c], X + c * columns);
+      }
     }
-    for (int i = c + 1; i < n; ++i) detail::subtract_eight(column[i], X + i * stride, sum);
-    const double inverse = 1 / column[c];
-    for (int j = 0; j < 8; ++j) x[j] = inverse * sum[j];
   }
 }
 
@@ -159,7 +169,8 @@ Eigen::MatrixXd BlockCholesky::inverse_of(const std::vector<int>& blocks) const 
 BlockCholesky::Columns BlockCholesky::columns_of_inverse(const std::vector<int>& blocks) const {
   int columns = 0;
   for (const int block : blocks) columns += dofs(block);
-  Columns X = Columns::Zero(n_, (columns + 7) / 8 * 8);
+  Columns X(n_, (columns + 7) / 8 * 8);
+  std::fill_n(X.data(), X.size(), 0.0);  // several times as fast as Columns::Zero()
   Eigen::VectorXd x = Eigen::VectorXd::Zero(n_);
   int column = 0;
   for (const int block : blocks) {
@@ -178,7 +189,12 @@ BlockCholesky::Columns BlockCholesky::columns_of_inverse(const std::vector<int>&
   }
   detail::dispatch_simd([&]() TANDEM_INLINED_HERE {
     for (int k = blocks_ - 1; k >= 0; --k)
-      for (int first = 0; first < columns; first += 8) backward_eight_by(k, X.data() + first, X.cols());
+      if (size_[std::size_t(k)] == 6)
+        backward_eights_by<6>(k, X.data(), int(X.cols()));
+      else if (size_[std::size_t(k)] == 3)
+        backward_eights_by<3>(k, X.data(), int(X.cols()));
+      else
+        backward_eights_by<1>(k, X.data(), int(X.cols()));
   });
   return X;
 }

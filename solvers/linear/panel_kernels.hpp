@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <cstddef>
+#include <cstring>
 #include <type_traits>
 
 #include <tandem/problem/instruction_set.hpp>
@@ -135,6 +136,23 @@ TANDEM_INLINED void subtract_dot_products(int m, int n_, const double* A, std::p
 /// y −= a x for eight columns.
 TANDEM_INLINED void subtract_eight(double a, const double* __restrict x, double* __restrict y) {
   for (int i = 0; i < 8; ++i) y[i] -= a * x[i];
+}
+
+/// Eight columns of a row in registers. Compilers vectorise loops over arrays of rows worse.
+using Eight [[gnu::vector_size(64)]] = double;
+TANDEM_INLINED void load(const double* from, Eight& to) { std::memcpy(&to, from, sizeof(to)); }
+TANDEM_INLINED void store(const Eight& from, double* to) { std::memcpy(to, &from, sizeof(from)); }
+
+/// S −= Aᵀ Y for eight columns of Y, with m rows at a distance of ldy, and N columns of A.
+template <int N>
+TANDEM_INLINED void subtract_transposed_eight(int m, const double* A, std::ptrdiff_t row_stride,
+                                              std::ptrdiff_t column_stride, const double* Y, std::ptrdiff_t ldy,
+                                              Eight (&S)[N]) {
+  Eight y;
+  for (int r = 0; r < m; ++r) {
+    load(Y + r * ldy, y);
+    for (int c = 0; c < N; ++c) S[c] -= A[r * row_stride + c * column_stride] * y;
+  }
 }
 
 }  // namespace tandem::detail
