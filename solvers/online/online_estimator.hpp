@@ -88,6 +88,9 @@ class OnlineEstimator {
   std::function<void(const std::string& sensor, const Rejection& why)> on_reject;
   /// Called before the estimate is reset.
   std::function<void(const TrackReset&)> on_reset;
+  /// Called when the innovations of a sensor (index in TrackHealth::sensors) have shifted, with the names of the other
+  /// sensors of the same subject that agree with the estimate.
+  std::function<void(std::size_t sensor, const InnovationShift& shift, const std::string& others)> on_shift;
   /// Called with the last estimate of each chaser state that leaves the window, after
   /// FixedLagOptions::before_marginalize. Only if the chaser moves by its own sensors.
   std::function<void(const Stamped<EgoState>&)> on_leave;

@@ -322,7 +322,8 @@ bool OnlineEstimator::Streams::process_target(std::size_t sensor, const Measurem
 bool OnlineEstimator::Streams::apply_gate(std::size_t index, const std::string& name, double t,
                                           const detail::OnlineWindow::Outcome& outcome) {
   if (!outcome.rejected) {
-    health_.used(index, t, outcome.innovation);
+    const auto shift = health_.used(index, t, outcome.innovation);
+    if (shift && hooks_.on_shift) hooks_.on_shift(index, *shift, health_.other_agreeing_sensors(index, t));
     return true;
   }
   health_.rejected(index, t, *outcome.innovation.sigmas);

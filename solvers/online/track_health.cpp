@@ -58,6 +58,7 @@ HealthMonitor::HealthMonitor(const std::vector<Sensor>& sensors, const ResetOpti
       rejected_since_(sensors.size()),
       first_used_(sensors.size()),
       rejected_by_(sensors.size()),
+      shifts_(sensors.size()),
       verdicts_(sensors.size()) {
   for (const Sensor& sensor : sensors) {
     health_.sensors.push_back({.name = sensor.name, .last_received = {}, .last_used = {}, .sigmas = {}});
@@ -69,7 +70,8 @@ void HealthMonitor::received(std::size_t sensor, double t) {
   last = std::max(last.value_or(t), t);
 }
 
-void HealthMonitor::used(std::size_t sensor, double t, const NormalizedInnovation& innovation) {
+std::optional<InnovationShift> HealthMonitor::used(std::size_t sensor, double t,
+                                                   const NormalizedInnovation& innovation) {
   SensorHealth& s = health_.sensors[sensor];
   ++s.used;
   s.rejected_in_a_row = 0;
@@ -81,8 +83,10 @@ void HealthMonitor::used(std::size_t sensor, double t, const NormalizedInnovatio
   s.nis_rows += innovation.rows;
   s.down_weighted += innovation.down_weighted;
   s.expected_down_weighted += innovation.expected_down_weighted;
+  const auto shift = shifts_[sensor].add(t, innovation.standardised, s.innovations);
   add_innovation(s, t, innovation);
   add_verdict(sensor, t, false);
+  return shift;
 }
 
 void HealthMonitor::rejected(std::size_t sensor, double t, double sigmas) {
@@ -95,6 +99,7 @@ void HealthMonitor::rejected(std::size_t sensor, double t, double sigmas) {
   ++s.rejected_in_a_row;
   s.sigmas = sigmas;
   if (!rejected_since_[sensor]) rejected_since_[sensor] = t;
+  shifts_[sensor].clear();
   add_verdict(sensor, t, true);
 }
 
@@ -151,6 +156,12 @@ bool HealthMonitor::is_disputed(double t) const {
     if (own.rejected_in_a_row < std::size_t(options_.rejections)) continue;
     if (kDispute * own.rejected_in_a_row > own.used && other_agreeing_sensors(i, t).empty()) return true;
   }
+  return false;
+}
+
+bool HealthMonitor::is_shifted(double t, bool of_target) const {
+  for (std::size_t i = 0; i < sensors_.size(); ++i)
+    if (shifts_[i].is_shifted() && (sensors_[i].subject < 0) == of_target && agrees(i, t)) return true;
   return false;
 }
 
@@ -224,10 +235,11 @@ OutputHealth HealthMonitor::output(double t, std::optional<double> aided, bool o
   if (adopted && is_confirmed(adopted->sensor, adopted->t, false)) adopted.reset();
   const double age = std::max(0.0, t - *aided);
   const double bad = std::max(age, t - health_.unconverged_since.value_or(t));
-  const OutputState state = bad > options_.invalid_after                ? OutputState::invalid
-                            : age > options_.lost_after                 ? OutputState::lost
-                            : adopted || (!of_target && is_disputed(t)) ? OutputState::unconfirmed
-                                                                        : OutputState::aided;
+  const OutputState state = bad > options_.invalid_after ? OutputState::invalid
+                            : age > options_.lost_after  ? OutputState::lost
+                            : adopted || (!of_target && is_disputed(t)) || is_shifted(t, of_target)
+                                ? OutputState::unconfirmed
+                                : OutputState::aided;
   return {state, age};
 }
 
@@ -240,6 +252,7 @@ double HealthMonitor::last_used(std::size_t first, std::size_t last) const {
 void HealthMonitor::record_reset(TrackReset::Kind kind) {
   ++(kind == TrackReset::Kind::suspended ? health_.suspensions : health_.resets);
   for (auto& verdicts : verdicts_) verdicts.clear();
+  for (ShiftDetector& shift : shifts_) shift.clear();
   for (SensorHealth& sensor : health_.sensors) sensor.rejected_in_a_row = 0;
   unconverged_ = 0;  // health_.unconverged_since stays: outputs remain bad
 }
@@ -252,6 +265,7 @@ void HealthMonitor::forget_times() {
   for (auto& since : rejected_since_) since.reset();
   for (auto& first : first_used_) first.reset();
   for (auto& adopted : adopted_) adopted.reset();
+  for (ShiftDetector& shift : shifts_) shift.clear();
   health_.unconverged_since.reset();
 }
 

@@ -10,6 +10,7 @@
 
 #include <tandem/lie/error.hpp>
 #include <tandem/lie/types.hpp>
+#include <tandem/solvers/online/shift_detector.hpp>
 #include <tandem/solvers/residual_series.hpp>
 
 namespace tandem {
@@ -71,6 +72,7 @@ enum class OutputState {
   invalid,  ///< lost for too long, or updates do not converge: do not use
   /// Recent measurements were used, but the estimate was reset to a sensor that contradicted it, and no other sensor
   /// has confirmed this one since. Or a position, height or heading comes from a single sensor that now contradicts it.
+  /// Or the innovations of a used sensor have shifted.
   unconfirmed,
 };
 
@@ -140,7 +142,8 @@ class HealthMonitor {
 
   // t: time at which the measurement was valid [s].
   void received(std::size_t sensor, double t);
-  void used(std::size_t sensor, double t, const NormalizedInnovation& innovation);
+  /// Returns a shift of the sensor's innovations when it becomes significant.
+  std::optional<InnovationShift> used(std::size_t sensor, double t, const NormalizedInnovation& innovation);
   void rejected(std::size_t sensor, double t, double sigmas);
   /// Returns the time since which a sensor contradicts the estimate [s], or nothing.
   std::optional<double> contradicting_since(std::size_t sensor) const;
@@ -219,6 +222,8 @@ class HealthMonitor {
   /// Returns whether an own sensor contradicts measurements of itself that alone determine a position, height or
   /// orientation.
   bool is_disputed(double t) const;
+  /// Returns whether the innovations of a recent sensor of the chaser, or of the target, have shifted.
+  bool is_shifted(double t, bool of_target) const;
 
   /// Innovations of the measurements rejected in a row [standard deviations]. Those of one wrong offset change slowly,
   /// and do not grow, since the standard deviations grow without measurements.
@@ -232,6 +237,7 @@ class HealthMonitor {
       rejected_since_;                             // per sensor: first rejection after the last used measurement [s]
   std::vector<std::optional<double>> first_used_;  // per sensor [s]
   std::vector<Offset> rejected_by_;                // per sensor
+  std::vector<ShiftDetector> shifts_;              // per sensor
   std::vector<std::deque<Verdict>> verdicts_;      // per sensor: the last rejection_window, or those within reset_after
   TrackHealth health_;
   std::size_t unconverged_ = 0;  // successive unconverged updates

@@ -78,8 +78,9 @@ class Tracker {
                      [&](std::size_t a, std::size_t b) { return options.at[a] > options.at[b]; });
     estimator_.on_update = [this](const OnlineUpdate& update) { record_update(update); };
     estimator_.on_reject = [this](const std::string& sensor, const Rejection& why) { report(sensor, why); };
-    estimator_.on_reset = [this](const TrackReset& reset) {
-      if (options_.on_notice && !replaying_) options_.on_notice(reset_notice(reset, options_.online.tracking));
+    estimator_.on_reset = [this](const TrackReset& r) { notify(reset_notice(r, options_.online.tracking)); };
+    estimator_.on_shift = [this](std::size_t i, const InnovationShift& shift, const std::string& others) {
+      notify(shift_notice(estimator_.health().sensors[i].name, result_.components[i], shift, others));
     };
   }
 
@@ -243,6 +244,9 @@ class Tracker {
                                        [&](const TargetSensor& s) { return s.name == sensor; });
     result_.rejected_lines.add(sensor, reason_of(why.kind, of_target && !estimator_.has_target()));
     if (why.kind == Rejection::Kind::implausible || why.kind == Rejection::Kind::outside_gate) warn(sensor, why.text);
+  }
+  void notify(const std::string& sentence) {
+    if (!replaying_ && options_.on_notice) options_.on_notice(sentence);
   }
   void warn(const std::string& sensor, const std::string& sentence) {
     if (!replaying_ && options_.on_rejected_value) options_.on_rejected_value(sensor, sentence);

@@ -193,6 +193,20 @@ TEST(TrackHealth, OutputsBecomeInvalidWithoutConvergence) {
   EXPECT_EQ(m.health().chaser.state, OutputState::aided);
 }
 
+TEST(TrackHealth, AShiftOfUsedInnovationsLeavesTheOutputUnconfirmed) {
+  HealthMonitor m = monitor();
+  const auto state_after = [&](int t, double innovation) {
+    m.used(kUsbl, t, {.sigmas = std::abs(innovation), .standardised = Vector<1>(innovation)});
+    m.update_outputs(t, t, t);
+    return m.health().chaser.state;
+  };
+  for (int t = 0; t < 50; ++t) ASSERT_EQ(state_after(t, t % 2 ? 1 : -1), OutputState::aided);
+  for (int t = 50; t < 53; ++t) state_after(t, 4);
+  EXPECT_EQ(state_after(53, 4), OutputState::unconfirmed);
+  for (int t = 54; t < 70; ++t) state_after(t, t % 2 ? 1 : -1);
+  EXPECT_EQ(m.health().chaser.state, OutputState::aided);
+}
+
 TEST(TrackHealth, RejectsInvalidOptions) {
   EXPECT_NO_THROW(tandem::check(ResetOptions{}));
   EXPECT_NO_THROW(tandem::check(ResetOptions::never()));

@@ -18,5 +18,14 @@ TEST(ResetNotice, NamesHardConstraintsThatMayBeTheReason) {
   EXPECT_EQ(reset_notice(contradicted, target), "usbl contradicts the estimate; the track is reset");
 }
 
+TEST(ResetNotice, NamesTheComponentThatHasShifted) {
+  const InnovationShift shift{2, 214.21, -4.46};
+  EXPECT_EQ(shift_notice("usbl", {"x", "y", "z"}, shift, "optical"),
+            "z of usbl has shifted by -4.5 standard deviations since 214.2 s: it or a sensor that contradicts it "
+            "(optical) is wrong");
+  EXPECT_EQ(shift_notice("gps", {}, shift, ""),
+            "gps has shifted by -4.5 standard deviations since 214.2 s: no other sensor measures the same");
+}
+
 }  // namespace
 }  // namespace tandem::testing
