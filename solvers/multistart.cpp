@@ -56,7 +56,7 @@ Summary solve_with(const SolverOptions& limits, Problem& part) {
 }
 
 /// Solves from the values of the trial until it converges or is abandoned.
-Summary solve_trial(Subproblem& trial, const Merit& best, const MultistartOptions& options) {
+Summary run_trial(Subproblem& trial, const Merit& best, const MultistartOptions& options) {
   std::atomic<bool> stop = false;
   TrialProgress trial_progress(options, best);
   SolverOptions limits;
@@ -74,6 +74,12 @@ Summary solve_trial(Subproblem& trial, const Merit& best, const MultistartOption
 
 }  // namespace
 
+Trial solve_trial(Subproblem& part, double best, const MultistartOptions& options) {
+  const Summary s = run_trial(part, {best, 0}, options);
+  const bool feasible = s.worst_constraint.empty() || s.max_violation <= detail::kConstraintTolerance;
+  return {s.cost, s.status != Status::interrupted && std::isfinite(s.cost) && feasible};
+}
+
 MultistartOutcome solve_part_from(std::span<const std::function<void()>> starts, Problem& problem,
                                   std::span<const int> variable_ids, const MultistartOptions& options) {
   Subproblem trial(problem, variable_ids), best(problem, variable_ids);
@@ -85,7 +91,7 @@ MultistartOutcome solve_part_from(std::span<const std::function<void()>> starts,
     for (std::size_t i = 0; i < starts.size() && !options.stop.reached(); ++i) {
       starts[i]();
       trial.update_from_whole();
-      const Summary s = solve_trial(trial, lowest, options);
+      const Summary s = run_trial(trial, lowest, options);
       outcome.iterations += s.iterations;
       outcome.evaluations += s.evaluations;
       const Merit reached{s.cost, s.worst_constraint.empty() ? 0.0 : s.max_violation};

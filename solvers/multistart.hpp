@@ -31,6 +31,15 @@ struct MultistartOutcome {
   int evaluations = 0;
 };
 
+/// Result of one trial.
+struct Trial {
+  double cost;     ///< last cost; NaN if undefined
+  bool completed;  ///< false if the trial was abandoned or stopped, or if its result is infeasible
+};
+
+/// Solves a part from its present values, which it keeps. The trial is compared with `best`, the best cost known.
+Trial solve_trial(Subproblem& part, double best, const MultistartOptions& options);
+
 /// Solves a part of a problem from several starts and keeps the best values.
 ///
 /// The part consists of the variables with the given ids; all others are fixed. Each start sets the values of these

@@ -134,6 +134,39 @@ void set_headings(TrackingProblem& tracking, const HeadingGap& gap, const std::v
   }
 }
 
+void turn(TrackingProblem& tracking, const HeadingGap& gap, const std::vector<double>& angles) {
+  Problem& problem = tracking.problem;
+  for (std::size_t k = gap.first; k <= gap.last; ++k) {
+    const double angle = angles[k - gap.first];
+    const SO3 turned = SO3::Exp({0, 0, angle});
+    std::visit(
+        [&]<class X>(const X& x) {
+          if constexpr (std::same_as<X, Variable<SE3>> || std::same_as<X, Variable<SE2>>) {
+            if (problem.is_fixed(x)) return;
+            const SE3 pose = in_space(problem.value(x));
+            using G = std::conditional_t<std::same_as<X, Variable<SE3>>, SE3, SE2>;
+            problem.set_value(x, in_group<G>(SE3(pose.rotation() * turned, pose.translation())));
+          }
+        },
+        tracking.target[k]);
+    if (tracking.twist.empty()) continue;
+    const double rate =
+        k < gap.last ? (angles[k + 1 - gap.first] - angle) / (tracking.keyframes[k + 1].t - tracking.keyframes[k].t)
+                     : 0;
+    const auto in_body = [&](const Vector<3>& v) -> Vector<3> { return turned.inverse().act(v); };
+    if (const auto* const in_space = std::get_if<Variable<Rn<6>>>(&tracking.twist[k])) {
+      const Vector<6> v = problem.value(*in_space).vector();
+      Vector<6> result;
+      result << in_body(v.head<3>()), in_body(v.tail<3>()) + Vector<3>(0, 0, rate);
+      problem.set_value(*in_space, Rn<6>(result));
+    } else {
+      const auto& in_plane = std::get<Variable<Rn<3>>>(tracking.twist[k]);
+      const Vector<3> v = problem.value(in_plane).vector();
+      problem.set_value(in_plane, Rn<3>(Vector<3>(in_body({v[0], v[1], 0}) + Vector<3>(0, 0, v[2] + rate))));
+    }
+  }
+}
+
 double max_heading_difference(const std::vector<double>& a, const std::vector<double>& b) {
   double largest = 0;
   for (std::size_t k = 0; k < a.size(); ++k) largest = std::max(largest, std::abs(wrapped_angle(a[k] - b[k])));

@@ -38,6 +38,10 @@ std::vector<double> candidate_headings(const TrackingProblem& tracking, const He
 /// Sets the target's orientations in a gap to these headings, with zero roll and pitch. Positions are unchanged.
 void set_headings(TrackingProblem& tracking, const HeadingGap& gap, const std::vector<double>& headings);
 
+/// Turns the target's free poses in a gap about their own vertical axes, by one angle per keyframe [rad], and their body
+/// twists with them. Positions are unchanged.
+void turn(TrackingProblem& tracking, const HeadingGap& gap, const std::vector<double>& angles);
+
 /// Returns the largest angle between two sets of headings of one gap [rad].
 double max_heading_difference(const std::vector<double>& a, const std::vector<double>& b);
 /// Returns the fraction of keyframes at which the headings differ by less than 90°.

@@ -9,6 +9,7 @@
 #include <tandem/problem/nlp_evaluator.hpp>
 #include <tandem/solvers/heading_search/heading_starts.hpp>
 #include <tandem/solvers/heading_search/range_observability.hpp>
+#include <tandem/solvers/heading_search/slow_turns.hpp>
 #include <tandem/solvers/heading_search/solve_tracking.hpp>
 #include <tandem/solvers/multistart.hpp>
 
@@ -66,14 +67,14 @@ HeadingSearch search_headings(TrackingProblem& tracking, const Stop& stop) {
     for (const std::vector<double>& along : other_headings(tracking, gap))
       starts.push_back([&tracking, &gap, along] { set_headings(tracking, gap, along); });
     ++search.gaps;
-    if (starts.empty()) continue;
     options.has_returned = [&, solved = headings(tracking, gap)] {
       return max_heading_difference(solved, headings(tracking, gap)) <= kReturnAngle;
     };
     const auto ids = gap_variables(tracking, gap, kMargin, with_chaser);
     const auto outcome = solve_part_from(starts, tracking.problem, ids, options);
-    search.improved += outcome.best >= 0;
-    search.gain += outcome.gain;
+    const MultistartOutcome turns = add_slow_turns(tracking, gap, ids, with_chaser, options);
+    search.improved += outcome.best >= 0 || turns.best >= 0;
+    search.gain += outcome.gain + turns.gain;
   }
   search.cut_short |= stop.reached();
   return search;

@@ -22,8 +22,8 @@ struct HeadingSearch {
 /// in a poor local minimum.
 ///
 /// The problem must have been solved. Each gap is solved by itself from the candidates of
-/// solvers/heading_search/heading_starts.hpp, and keeps the best result. If a gap has improved, solve the whole problem
-/// again.
+/// solvers/heading_search/heading_starts.hpp, then with turns at slow moments (solvers/heading_search/slow_turns.hpp),
+/// and keeps the best result. If a gap has improved, solve the whole problem again.
 HeadingSearch search_headings(TrackingProblem& tracking, const Stop& stop = {});
 
 namespace detail {
