@@ -39,7 +39,9 @@ class Multipliers {
       rows_ = ActiveRows(nlp_, jacobian_, active_, curvature_);
       hessian_.setZero();
       nlp_.add_constraint_hessian(rows_.weights(), jacobian_, hessian_);
-      if (!cholesky_.factorize(hessian_, curvature_) || !rows_.solve(cholesky_, gradient_, met, p_, y_)) break;
+      if (!cholesky_.factorize(hessian_, curvature_)) break;
+      rows_.solve(cholesky_, gradient_, met, p_, y_, errors_);
+      if (!rows_.refine(cholesky_, met, p_, y_, errors_)) break;
       if (!change_active_set(set < kManyActiveSets))
         return FirstOrderCheck{stationarity(), violated_row(nlp_, c_, kConstraintTolerance) < 0, y_};
     }
@@ -131,7 +133,7 @@ class Multipliers {
 
   NlpEvaluator& nlp_;
   BlockCholesky cholesky_;
-  Eigen::VectorXd hessian_, curvature_, gradient_, p_, c_, jacobian_, y_;
+  Eigen::VectorXd hessian_, curvature_, gradient_, p_, c_, jacobian_, y_, errors_;
   std::vector<ActiveRows::Side> active_, candidates_;
   std::vector<bool> has_sign_;  // false at an equality, and where both bounds are near
   ActiveRows rows_;

@@ -165,8 +165,8 @@ class DampedSteps {
       else if (model_.step_size() <= options_.step_tolerance && optimal())
         session_.end(Status::converged, "the step is below its tolerance");
     }
-    // While the cost falls fast, curvature changes too much between steps to be reused.
-    if (drop <= kSecantBelow * s.cost) model_.add_secant_pair();
+    // While the cost falls fast or along a curved valley, curvature changes too much between steps to be reused.
+    if (!in_valley_ && drop <= kSecantBelow * s.cost) model_.add_secant_pair();
     last_step_good_ = ratio > kGoodAcceptanceRatio;
     damping_.accept(ratio);
     rejected_ = std::max(rejected_ - 1, 0);

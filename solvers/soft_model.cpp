@@ -223,7 +223,7 @@ bool SoftModel::follow_valley(double& damping) {
 }
 
 /// Sets `term` to −½ (H + D)⁻¹ ∇³f[p, p] for the step p, with ∇³f by differences of gradients, and returns its size
-/// relative to p. Infinite if a residual is undefined there.
+/// relative to p [m, rad]. Infinite if a residual is undefined there.
 double SoftModel::third_order_term(Eigen::VectorXd& term) try {
   const Session::Timer timer(session_.summary.evaluation_seconds);
   session_.summary.evaluations += 2;
@@ -235,8 +235,7 @@ double SoftModel::third_order_term(Eigen::VectorXd& term) try {
   nlp_.reset();
   term = -0.5 / (kDifferenceStep * kDifferenceStep) * (term + trial_gradient_ - 2.0 * gradient_);
   cholesky_.solve(term);
-  const auto size = [this](const Eigen::VectorXd& d) { return (d.array().square() * scale_.array()).sum(); };
-  return std::sqrt(size(term) / size(step_));
+  return term.norm() / step_.norm();
 } catch (const UndefinedResidualError&) {
   nlp_.reset();
   return std::numeric_limits<double>::infinity();

@@ -32,6 +32,7 @@ TEST(LargeRows, ActiveSetSolveConverges) {
   detail::ActiveRows rows;
   FixedLagOptions options;
   options.max_iterations = 50;
+  options.cost_tolerance = 1e-12;
   detail::ActiveSetSolve solve(nlp, cholesky, rows, options);
   const Summary s = solve.run();
   EXPECT_FALSE(solve.gave_up());
