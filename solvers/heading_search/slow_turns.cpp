@@ -13,8 +13,8 @@ namespace {
 
 constexpr double kSlow = 0.3;            // Slow speeds, relative to the highest speed in the gap.
 constexpr double kSeparation = 4.0;      // [s]; the slowest of several keyframes this close represents them.
-constexpr double kReach = 28.0;          // [s]; duration of a stretch before and after its slow keyframe.
-constexpr double kTurnTime = 25.0;       // [s]; duration of a turn before it is solved.
+constexpr double kReach = 26.0;          // [s]; duration of a stretch before and after its slow keyframe.
+constexpr double kTurnTime = 24.0;       // [s]; duration of a turn before it is solved.
 constexpr std::size_t kNeighbours = 12;  // Keyframes after a stretch that may share a residual with it.
 // Turns that cost more are of no use: few others decrease the cost by more than that.
 constexpr double kMaxCost = 0.3;
