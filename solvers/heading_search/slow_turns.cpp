@@ -19,8 +19,8 @@ constexpr std::size_t kNeighbours = 12;  // Keyframes after a stretch that may s
 // Turns that cost more are of no use: few others decrease the cost by more than that.
 constexpr double kMaxCost = 0.3;
 // Most trials cost too much, so each is abandoned early. A wrong decision loses one turn at most.
-constexpr double kPatience = 6;
-constexpr int kTrialIterations = 60, kRounds = 8;
+constexpr double kTurnPatience = 6;
+constexpr int kTurnIterations = 60, kRounds = 8;
 // Cost of a half turn above which the whole turn in the same direction is not tried. As the cost is roughly quadratic in
 // the angle, it would be higher.
 constexpr double kMaxHalfTurnCost = 2.0;
@@ -140,8 +140,8 @@ MultistartOutcome add_slow_turns(TrackingProblem& tracking, const HeadingGap& ga
   options.has_returned = {};
   MultistartOptions local = options;
   local.cost_margin = 0;
-  local.patience = kPatience;
-  local.max_iterations = kTrialIterations;
+  local.patience = kTurnPatience;
+  local.max_iterations = kTurnIterations;
   const bool even = gap.first > 0 && gap.last + 1 < tracking.keyframes.size();
   struct Found {
     HeadingGap stretch;
