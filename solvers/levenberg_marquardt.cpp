@@ -28,9 +28,9 @@ constexpr double kOptimality = 1e-5;   // Tolerance on the first-order condition
 constexpr double kMeritRounding = 1e-9;
 // A step is near a minimum if the predicted gain is below this fraction of the cost. There, a gain that exceeds the
 // prediction by this ratio shows that the model lacks second derivatives. Solves that converge in a few such steps do
-// without them. If one of many such steps is rejected, the minimum lies along a curved valley.
+// without them.
 constexpr double kNearMinimum = 0.05, kUnderestimate = 1.25;
-constexpr int kFewSteps = 6, kManySteps = 30;
+constexpr int kFewSteps = 6;
 constexpr int kMaxPolishingSteps = 5;                // Polishing steps in which the first-order residual is not halved.
 constexpr double kStalledViolationRatio = 0.9;       // Ratio of the violations after and before a step.
 constexpr int kMaxRejected = 10, kManyRejected = 3;  // Rejected minus accepted steps.
@@ -123,7 +123,6 @@ class DampedSteps {
       reject();
       if (damping_.value > kExcessiveDamping || session_.should_stop()) return false;
     }
-    if (in_valley_ && !model_.follow_valley(damping_.value)) return reject();
     const double merit = model_.merit(), predicted = model_.predicted();
     double trial = model_.merit_at_step(last_step_good_);
     if (predicted <= kRounding * merit)
@@ -132,7 +131,6 @@ class DampedSteps {
     const double min_gain = options_.cost_tolerance * s.cost;
     if (predicted > min_gain && predicted <= kNearMinimum * merit && ++near_minimum_ > kFewSteps) {
       rejected_near_minimum_ = !(ratio > kMinAcceptanceRatio);
-      in_valley_ = in_valley_ || (rejected_near_minimum_ && near_minimum_ > kManySteps);
       underestimated_ = ratio > kUnderestimate;
     }
     if (!(ratio > kMinAcceptanceRatio)) {
@@ -165,8 +163,8 @@ class DampedSteps {
       else if (model_.step_size() <= options_.step_tolerance && optimal())
         session_.end(Status::converged, "the step is below its tolerance");
     }
-    // While the cost falls fast or along a curved valley, curvature changes too much between steps to be reused.
-    if (!in_valley_ && drop <= kSecantBelow * s.cost) model_.add_secant_pair();
+    // While the cost falls fast, curvature changes too much between steps to be reused.
+    if (drop <= kSecantBelow * s.cost) model_.add_secant_pair();
     last_step_good_ = ratio > kGoodAcceptanceRatio;
     damping_.accept(ratio);
     rejected_ = std::max(rejected_ - 1, 0);
@@ -347,7 +345,7 @@ class DampedSteps {
   Session& session_;
   SoftModel& model_;
   Damping damping_;
-  bool last_step_good_ = true, in_valley_ = false;  // the latter since one of many steps near a minimum was rejected
+  bool last_step_good_ = true;
   bool underestimated_ = false, rejected_near_minimum_ = false;  // SoftModel::StepQuality of the last step
   int near_minimum_ = 0;                                         // number of steps near a minimum
   int polished_ = 0;

@@ -19,11 +19,6 @@ constexpr int kMinParallelBlocks = 1300;  // minimum number of blocks for parall
 constexpr double kLeastScale = 1e-2;
 // Consecutive steps with the exact Hessian that are rejected, and that are damped.
 constexpr int kMaxRejections = 3, kMaxDamped = 5;
-constexpr double kDifferenceStep = 0.1;  // part of a step, for third derivatives
-// Largest third-order term relative to the step, and the factor on the damping of longer steps. The limit is that of
-// Transtrum & Sethna 2012, 2 |a| / |v| ≤ 0.75.
-constexpr double kMaxThirdOrder = 0.375, kDampingInValley = 4.0;
-constexpr int kMaxShortened = 5;
 
 }  // namespace
 
@@ -205,40 +200,6 @@ bool SoftModel::find_step(double damping) {
     return gradient_.segment(begin, size).dot(step_.segment(begin, size));
   });
   return true;
-}
-
-bool SoftModel::follow_valley(double& damping) {
-  if (constrained()) return true;
-  for (int shortened = 0;; ++shortened) {
-    Eigen::VectorXd& term = last_gradient_;
-    const double size = third_order_term(term);
-    if (size <= kMaxThirdOrder) {
-      step_ += term;
-      return true;
-    }
-    if (shortened == kMaxShortened || !std::isfinite(size)) return true;
-    damping *= kDampingInValley;
-    if (!find_step(damping)) return false;
-  }
-}
-
-/// Sets `term` to −½ (H + D)⁻¹ ∇³f[p, p] for the step p, with ∇³f by differences of gradients, and returns its size
-/// relative to p [m, rad]. Infinite if a residual is undefined there.
-double SoftModel::third_order_term(Eigen::VectorXd& term) try {
-  const Session::Timer timer(session_.summary.evaluation_seconds);
-  session_.summary.evaluations += 2;
-  for (Eigen::VectorXd* gradient : {&trial_gradient_, &term}) {
-    term = (gradient == &term ? -kDifferenceStep : kDifferenceStep) * step_;
-    nlp_.move_to(term);
-    nlp_.gradient(*gradient);
-  }
-  nlp_.reset();
-  term = -0.5 / (kDifferenceStep * kDifferenceStep) * (term + trial_gradient_ - 2.0 * gradient_);
-  cholesky_.solve(term);
-  return term.norm() / step_.norm();
-} catch (const UndefinedResidualError&) {
-  nlp_.reset();
-  return std::numeric_limits<double>::infinity();
 }
 
 double SoftModel::merit_at_step(bool with_derivatives) {

@@ -41,10 +41,6 @@ class SoftModel {
   /// Computes the damped step from X̄ and its predicted gain. Returns false if the damped Hessian is not positive
   /// definite.
   virtual bool find_step(double damping);
-  /// Bends the step of find_step() along a curved valley: adds the effect of the third derivatives of the cost along the
-  /// step (geodesic acceleration, Transtrum & Sethna 2012; Chebyshev's method for one unknown). Increases the damping
-  /// until this term is small. Does nothing with hard constraints. Returns false if there is no step.
-  bool follow_valley(double& damping);
   const Eigen::VectorXd& step() const { return step_; }
   /// Largest entry of the step.
   double step_size() const;
@@ -149,7 +145,6 @@ class SoftModel {
     });
   }
   double scaled(const Eigen::VectorXd& gradient) const;
-  double third_order_term(Eigen::VectorXd& term);
   BlockCholesky compile();
 
   NlpEvaluator& nlp_;

@@ -118,18 +118,11 @@ class GreedySearch {
   ModelVerdict verdict(const Evaluated& one) const {
     if (!one.valid()) return ModelVerdict::impossible;
     if (!(one.gain.gain > std::max(one.gain.standard_error, one.change.parameters))) return ModelVerdict::not_better;
-    return is_less_consistent(found_.found.coverage(), one.result.score.coverage()) ? ModelVerdict::inconsistent
-                                                                                    : ModelVerdict::kept;
-  }
-
-  /// Returns whether fewer measurements than before are inside of the intervals of any probability, and too few.
-  template <class Coverages>
-  static bool is_less_consistent(const Coverages& before, const Coverages& after) {
-    for (std::size_t level = 0; level < kCoverageLevels.size(); ++level) {
-      const double allowed = 2 * std::hypot(before[level].standard_error, after[level].standard_error);
-      if (after[level].share < std::min(before[level].share, kCoverageLevels[level]) - allowed) return true;
-    }
-    return false;
+    constexpr std::size_t k95 = 1;
+    const Coverage before = found_.found.coverage()[k95], after = one.result.score.coverage()[k95];
+    const double allowed = 2 * std::hypot(before.standard_error, after.standard_error);
+    const bool worse = after.share < before.share - allowed && after.share < kCoverageLevels[k95] - allowed;
+    return worse ? ModelVerdict::inconsistent : ModelVerdict::kept;
   }
 
   /// Returns whether the model after a change can be used. If not, makes the result invalid with the reason.
@@ -141,11 +134,8 @@ class GreedySearch {
 
   void record(const Evaluated& one, ModelVerdict verdict) {
     const bool rejected = verdict != ModelVerdict::kept && verdict != ModelVerdict::removed;
-    ModelChange change = one.change;  // without resets of what is not set
-    std::erase_if(change.settings,
-                  [&](const auto& s) { return s.second.empty() && !found_.settings.contains(s.first); });
-    if (rejected && !recorded_.insert(change.settings).second) return;
-    found_.steps.push_back({std::move(change), one.gain, verdict, one.result.score.why});
+    if (rejected && !recorded_.insert(one.change.settings).second) return;
+    found_.steps.push_back({one.change, one.gain, verdict, one.result.score.why});
   }
 
   void keep(Evaluated one) {

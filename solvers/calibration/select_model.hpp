@@ -85,9 +85,9 @@ struct ModelSelection {
 /// models have local minima. The search repeats with the candidates that gained and the proposed ones, until it keeps
 /// none.
 ///
-/// A candidate with a larger share of measurements outside the 50, 95 or 99 % intervals, beyond the standard errors, is
-/// not kept. Throws Error if the first model cannot be built or solved, and as predictive_score(). A stop before the
-/// first model is scored throws Stopped.
+/// A candidate with a larger share of measurements outside the 95 % intervals, beyond the standard errors, is not
+/// kept. Throws Error if the first model cannot be built or solved, and as predictive_score(). A stop before the first
+/// model is scored throws Stopped.
 ModelSelection select_model(const BuildModel& build, const std::vector<ModelChange>& candidates,
                             const ModelSelectionOptions& options);
 

@@ -140,11 +140,8 @@ class Proposals {
                                    [](const TargetSensor& s) { return s.type->has(measured::rotation); });
     for (const MotionModel model : {MotionModel::constant_twist, MotionModel::damped_twist,
                                     MotionModel::white_noise_acceleration, MotionModel::constant_velocity})
-      if (model != options_.model && (!poses || !is_point_model(model))) {
-        ModelSettings settings = {{"model", std::string(name(model))}};
-        if (!uses_triples(model)) settings["horizons"] = "";  // an earlier change may have added them
-        add(std::move(settings), "another motion model", 1);
-      }
+      if (model != options_.model && (!poses || !is_point_model(model)))
+        add({{"model", std::string(name(model))}}, "another motion model", 1);
     if (options_.mode == Mode::A && supports_points(options_.model))
       add({{"mode", "B"}}, "points at keyframes without a measured pose", 1);
     if (uses_triples(options_.model) && motion_is_checked(scenario_.data.sensors))

@@ -244,17 +244,6 @@ TEST(SelectModel, KeepsTheBestModelThatCanBeUsed) {
   EXPECT_EQ(unusable->why, "not solved");
 }
 
-/// A change that an earlier one excludes can take its place by resetting it.
-TEST(SelectModel, ListsResetsOnlyOfWhatIsSet) {
-  const TwoSensors data(2);
-  ModelSelectionOptions options;
-  options.score.block_length = 10;
-  const ModelSelection found = select_model([&](const ModelSettings& settings) { return data.build(settings); },
-                                            {{{{"drift", "2"}, {"horizons", ""}}, "", 1}}, options);
-  ASSERT_EQ(found.steps.size(), 1u);
-  EXPECT_EQ(found.steps.front().change.settings, found.settings);
-}
-
 TEST(SelectModel, DoesNotDependOnTheNumberOfThreads) {
   const ModelSelection several = selected(2);
   const ThreadLimit one(1);
