@@ -6,6 +6,7 @@
 #include <tandem/solvers/first_order_check.hpp>
 #include <tandem/solvers/linear/block_cholesky.hpp>
 #include <tandem/solvers/linear/hessian_diagonal.hpp>
+#include <tandem/solvers/linear/jacobian_products.hpp>
 #include <tandem/solvers/session.hpp>
 
 namespace tandem::detail {
@@ -87,10 +88,8 @@ class Multipliers {
   /// Drops rows whose multiplier has the wrong sign, and activates candidates that p violates: all of them, or the
   /// worst one. Returns whether a row has changed.
   bool change_active_set(bool all) {
-    const TripletPattern& pattern = nlp_.jacobian_pattern();
     Eigen::VectorXd along = Eigen::VectorXd::Zero(c_.size());
-    for (std::size_t k = 0; k < pattern.row.size(); ++k)
-      along[pattern.row[k]] += jacobian_[Eigen::Index(k)] * p_[pattern.column[k]];
+    add_jacobian_product(nlp_.jacobian_pattern(), jacobian_, p_, along);
     std::size_t worst_row = 0;
     double worst = kWrongSign;
     bool changed = false;
@@ -118,16 +117,13 @@ class Multipliers {
   }
 
   double stationarity() const {
-    const TripletPattern& pattern = nlp_.jacobian_pattern();
     Eigen::VectorXd terms = gradient_.cwiseAbs();
-    for (std::size_t k = 0; k < pattern.row.size(); ++k)
-      terms[pattern.column[k]] += std::abs(jacobian_[Eigen::Index(k)] * y_[pattern.row[k]]);
+    add_transposed_product(nlp_.jacobian_pattern(), jacobian_.cwiseAbs(), y_.cwiseAbs(), terms);
     const Eigen::ArrayXd root = curvature_.array().sqrt();
     return (root * p_.array().abs() / (1.0 + terms.array() / root)).maxCoeff();
   }
 
-  static constexpr double kAtBound =
-      1e-4;  // distance from its bound at which a row may be active [standard deviations]
+  static constexpr double kAtBound = 1e-4;  // distance of a row that may be active from its bound [standard deviations]
   static constexpr double kWrongSign = 1e-9;                      // of a multiplier [standard deviations]
   static constexpr int kMaxActiveSets = 60, kManyActiveSets = 5;  // after the latter, one row at a time changes
 

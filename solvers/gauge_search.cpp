@@ -5,6 +5,7 @@
 #include <Eigen/Eigenvalues>
 
 #include <tandem/solvers/gauge_search.hpp>
+#include <tandem/solvers/linear/jacobian_products.hpp>
 #include <tandem/solvers/observability.hpp>
 
 namespace tandem::detail {
@@ -144,9 +145,7 @@ class GaugeSearch {
     for (Eigen::Index i = 0; i < rows_.size(); ++i)
       dual_[i] =
           weights_[i] == 0 ? 0.0 : (nlp_.soft_weights()[i] > 0 ? 0.0 : multipliers_[i]) + weights_[i] * moved_row(i);
-    const TripletPattern& pattern = nlp_.jacobian_pattern();
-    for (std::size_t k = 0; k < pattern.row.size(); ++k)
-      g[pattern.column[k]] += jacobian_[Eigen::Index(k)] * dual_[pattern.row[k]];
+    add_transposed_product(nlp_.jacobian_pattern(), jacobian_, dual_, g);
   }
   /// Returns the distance of an active row from its value at X̄ or, for a soft bound, from the bound.
   double moved_row(Eigen::Index i) const {

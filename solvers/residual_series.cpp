@@ -27,21 +27,21 @@ double ResidualSeries::mean() const {
   return value.empty() ? 0 : std::accumulate(value.begin(), value.end(), 0.0) / double(value.size());
 }
 
-double ResidualSeries::spread() const {
+double ResidualSeries::standard_deviation() const {
   const double mean = this->mean();
   double sum = 0;
   for (const double x : value) sum += (x - mean) * (x - mean);
   return value.empty() ? 0 : std::sqrt(sum / double(value.size()));
 }
 
-double ResidualSeries::rms() const { return std::hypot(mean(), spread()); }
+double ResidualSeries::rms() const { return std::hypot(mean(), standard_deviation()); }
 
 double ResidualSeries::correlation() const {
-  const double mean = this->mean(), spread = this->spread();
-  if (value.size() < 3 || !(spread > 0)) return 0;
+  const double mean = this->mean(), sd = standard_deviation();
+  if (value.size() < 3 || !(sd > 0)) return 0;
   double sum = 0;
   for (std::size_t i = 1; i < value.size(); ++i) sum += (value[i] - mean) * (value[i - 1] - mean);
-  return sum / double(value.size() - 1) / (spread * spread);
+  return sum / double(value.size() - 1) / (sd * sd);
 }
 
 double ResidualSeries::spacing() const { return detail::median_step(t); }
@@ -55,7 +55,7 @@ double ResidualSeries::correlation_time() const {
 bool ResidualSeries::has_significant_mean() const {
   if (value.size() < kMinCount) return false;
   const double rho = std::clamp(correlation(), 0.0, 0.99);
-  const double error = spread() * std::sqrt((1 + rho) / (1 - rho) / double(value.size()));
+  const double error = standard_deviation() * std::sqrt((1 + rho) / (1 - rho) / double(value.size()));
   return std::abs(mean()) > std::max(kMinMean, 3 * error);
 }
 
@@ -71,15 +71,15 @@ double ResidualMoments::mean() const { return n > 0 ? sum / double(n) : 0; }
 
 double ResidualMoments::rms() const { return n > 0 ? std::sqrt(squares / double(n)) : 0; }
 
-double ResidualMoments::spread() const {
+double ResidualMoments::standard_deviation() const {
   return n > 0 ? std::sqrt(std::max(0.0, squares / double(n) - mean() * mean())) : 0;
 }
 
 double ResidualMoments::correlation() const {
-  const double m = mean(), spread = this->spread();
-  if (n < 3 || !(spread > 0)) return 0;
+  const double m = mean(), sd = standard_deviation();
+  if (n < 3 || !(sd > 0)) return 0;
   const double pairs = double(n - 1);
-  return (products - m * (2 * sum - first - last) + pairs * m * m) / pairs / (spread * spread);
+  return (products - m * (2 * sum - first - last) + pairs * m * m) / pairs / (sd * sd);
 }
 
 }  // namespace tandem

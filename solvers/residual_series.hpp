@@ -19,10 +19,10 @@ struct ResidualSeries {
   void sort();  ///< by time
 
   double mean() const;
-  double spread() const;       ///< Standard deviation about the mean.
-  double rms() const;          ///< Root mean square.
-  double correlation() const;  ///< Autocorrelation at lag 1.
-  double spacing() const;      ///< Median time between successive values [s].
+  double standard_deviation() const;  ///< about the mean
+  double rms() const;                 ///< Root mean square.
+  double correlation() const;         ///< Autocorrelation at lag 1.
+  double spacing() const;             ///< Median time between successive values [s].
   /// Returns the correlation time τ [s] from correlation() = exp(−spacing / τ), or 0 if the correlation is at most
   /// kMaxCorrelation or three standard errors.
   double correlation_time() const;
@@ -38,7 +38,7 @@ struct ResidualMoments {
   void add(double standardised);
   // As those of ResidualSeries.
   double mean() const;
-  double spread() const;
+  double standard_deviation() const;  ///< about the mean
   double rms() const;
   double correlation() const;
 };

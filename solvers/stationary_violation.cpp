@@ -5,6 +5,7 @@
 #include <tandem/lie/error.hpp>
 #include <tandem/solvers/linear/block_cholesky.hpp>
 #include <tandem/solvers/linear/hessian_diagonal.hpp>
+#include <tandem/solvers/linear/jacobian_products.hpp>
 #include <tandem/solvers/session.hpp>
 #include <tandem/solvers/stationary_violation.hpp>
 
@@ -83,8 +84,8 @@ class ViolationMinimization {
   }
 
   /// Tries steps with more and more damping until one reduces the sum of squares. Rows that a rejected step violates are
-  /// kept within their bounds by the next one. With more damping, the search begins anew without them, since only then a
-  /// short step descends.
+  /// kept within their bounds by the next one. More damping begins the search anew without these rows, since a short step
+  /// descends only then.
   bool try_step(Size& now) {
     nlp_.move_to(delta_);
     evaluate();
@@ -145,9 +146,7 @@ class ViolationMinimization {
   /// Returns −Jᵀ v.
   Eigen::VectorXd downhill(const Eigen::VectorXd& v) const {
     Eigen::VectorXd s = Eigen::VectorXd::Zero(nlp_.num_unknowns());
-    const TripletPattern& pattern = nlp_.jacobian_pattern();
-    for (std::size_t k = 0; k < pattern.row.size(); ++k)
-      s[pattern.column[k]] -= jacobian_[Eigen::Index(k)] * v[pattern.row[k]];
+    add_transposed_product(nlp_.jacobian_pattern(), jacobian_, -v, s);
     return s;
   }
 
@@ -170,9 +169,8 @@ class ViolationMinimization {
   }
 
   static constexpr int kMaxSteps = 100;
-  static constexpr double kSlow = 0.5;  // ratio of the sums of squares after and before a step
-  static constexpr double kSignificant =
-      0.95;  // ratio of the violations after and before, below which X̄ is not a minimum
+  static constexpr double kSlow = 0.5;          // ratio of the sums of squares after and before a step
+  static constexpr double kSignificant = 0.95;  // ratio of the violations below which X̄ is not a minimum
   // Slopes of the violation, relative to its size, at a stationary point. The second counts if rounding ends the steps.
   static constexpr double kStationary = 1e-4, kNearlyStationary = 1e-2;
   static constexpr double kNoGain = 0.99;          // ratio of the sums of squares after and before a step

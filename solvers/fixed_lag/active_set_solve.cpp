@@ -3,6 +3,7 @@
 
 #include <tandem/solvers/fixed_lag/active_set_solve.hpp>
 #include <tandem/solvers/linear/hessian_diagonal.hpp>
+#include <tandem/solvers/linear/jacobian_products.hpp>
 
 namespace tandem::detail {
 namespace {
@@ -158,10 +159,8 @@ ActiveSetSolve::Change ActiveSetSolve::change_of(Eigen::Index row) const {
 }
 
 bool ActiveSetSolve::must_change_active_set() {
-  const TripletPattern& pattern = nlp_.jacobian_pattern();
   of_step_ = c_;
-  for (std::size_t k = 0; k < pattern.row.size(); ++k)
-    of_step_[pattern.row[k]] += jacobian_[Eigen::Index(k)] * step_[pattern.column[k]];
+  add_jacobian_product(nlp_.jacobian_pattern(), jacobian_, step_, of_step_);
   for (Eigen::Index i = 0; i < c_.size(); ++i)
     if (change_of(i).side != sides_[std::size_t(i)]) return true;
   return false;
@@ -293,9 +292,7 @@ bool ActiveSetSolve::try_step() {
 /// before it.
 double ActiveSetSolve::remaining_gain() {
   const Session::Timer timer(session_.summary.linear_solver_seconds);
-  const TripletPattern& pattern = nlp_.jacobian_pattern();
-  for (std::size_t k = 0; k < pattern.row.size(); ++k)
-    trial_gradient_[pattern.column[k]] += jacobian_[Eigen::Index(k)] * y_[pattern.row[k]];
+  add_transposed_product(nlp_.jacobian_pattern(), jacobian_, y_, trial_gradient_);
   cholesky_.solve_lower(trial_gradient_);
   return 0.5 * trial_gradient_.squaredNorm();
 }

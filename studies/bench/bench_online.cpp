@@ -82,7 +82,7 @@ std::vector<double> errors_of(ConstantVelocityFilter filter, const Scenario& sce
     for (std::size_t i = 0; i < ahead.size(); ++i) add(moments[kTypes.size() + i], ahead[i]);
   }
   std::vector<double> means;
-  for (const Moments& m : moments) means.push_back(m.spread() ? m.spread()->mean : NAN);
+  for (const Moments& m : moments) means.push_back(m.mean_std() ? m.mean_std()->mean : NAN);
   return means;
 }
 

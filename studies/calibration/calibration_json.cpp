@@ -61,7 +61,7 @@ JsonFields<Misfit> misfit_fields() {
       .add("down_weighted", "number of residuals not counted, since a robust loss gives them a weight below 0.5",
            [](const M& m) { return m.down_weighted; })
       .add("mean", "mean; 0 if white", [](const M& m) { return m.mean(); })
-      .add("spread", "standard deviation; 1 if white", [](const M& m) { return m.spread(); })
+      .add("spread", "standard deviation; 1 if white", [](const M& m) { return m.standard_deviation(); })
       .add("correlation", "autocorrelation at lag 1; 0 if white", [](const M& m) { return m.correlation(); })
       .add("correlation_time", "correlation time [s]; 0 if not significant",
            [](const M& m) { return m.correlation_time(); });

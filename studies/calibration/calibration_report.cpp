@@ -128,8 +128,8 @@ std::string report(const ScenarioCalibration& c) {
     const Misfit &a = c.before[i], &b = c.after[i];
     const std::string who = (c.scenarios.size() > 1 ? b.scenario + " " : "") + b.parameter;
     residuals.row({who, fmt::format("{}", b.value.size()), fmt::format("{:+.2f}", a.mean()),
-                   fmt::format("{:.2f}", a.spread()), fmt::format("{:+.2f}", a.correlation()),
-                   fmt::format("{:+.2f}", b.mean()), fmt::format("{:.2f}", b.spread()),
+                   fmt::format("{:.2f}", a.standard_deviation()), fmt::format("{:+.2f}", a.correlation()),
+                   fmt::format("{:+.2f}", b.mean()), fmt::format("{:.2f}", b.standard_deviation()),
                    fmt::format("{:+.2f}", b.correlation())});
     if (const std::string sentence = b.diagnosis(); !sentence.empty())
       diagnoses += (c.scenarios.size() > 1 ? b.scenario + ": " : "") + sentence + ".\n";

@@ -45,7 +45,7 @@ std::vector<Autocorrelation> autocorrelations(const std::vector<Misfit>& misfits
       double products = 0, squares = 0;
       for (const Misfit& m : misfits) {
         if (m.parameter != first.parameter) continue;
-        const double mean = m.mean(), variance = m.spread() * m.spread();
+        const double mean = m.mean(), variance = m.standard_deviation() * m.standard_deviation();
         for (std::size_t i = lag; i < m.value.size(); ++i) {
           products += (m.value[i] - mean) * (m.value[i - lag] - mean);
           squares += variance;

@@ -34,7 +34,7 @@ enum class Newest { hypotheses, window };
 
 struct TrackRequest {
   ProblemRequest problem;
-  TrackOptions live;
+  TrackOptions track;
   std::optional<double> window, rate;  ///< s, and of the lines of JSON [Hz]
   std::optional<Newest> newest;
   std::optional<double> stamp_unit;  ///< s
@@ -122,7 +122,7 @@ void choose_newest(const TrackRequest& request, const Scenario& scenario, bool m
 }
 
 TrackOptions track_options(const TrackRequest& request) {
-  TrackOptions options = request.live;
+  TrackOptions options = request.track;
   OnlineOptions& online = options.online;
   online.tracking = tracking_options(request.problem, false);
   const NavigationOptions navigation = navigation_options(request.problem);
@@ -147,8 +147,8 @@ TrackOptions track_options(const TrackRequest& request) {
   if (online.soften_infeasible && online.tracking.non_holonomic != Role::hard &&
       online.tracking.roll_pitch != Role::hard && request.problem.limits != Role::hard)
     throw Error("--soften needs a hard constraint: --limits, --non-holonomic or --roll-pitch hard");
-  options.live = request.json_lines;
-  options.live_covariance = request.covariance != LineCovariance::off;
+  options.report = request.json_lines;
+  options.report_covariance = request.covariance != LineCovariance::off;
   if (options.realtime && request.standard_input)
     throw Error("--realtime and --stdin exclude each other: standard input has its own pace");
   if (request.snapshot && !options.at.empty())
@@ -246,8 +246,8 @@ Command track_command() {
   return {
       [](CommandOptions& option) {
         const auto request = std::make_shared<TrackRequest>();
-        TrackOptions& live = request->live;
-        live.online.lag.max_iterations = kIterations;
+        TrackOptions& track = request->track;
+        track.online.lag.max_iterations = kIterations;
         option.details(
             "Prints one line per second of data with the target's range, bearing (positive to starboard), elevation, "
             "speed, heading (clockwise from north: the world's y axis, in NED-FRD its x axis) and the standard "
@@ -266,11 +266,11 @@ Command track_command() {
         option.flag("--soften",
                     "If no motion of the target satisfies the hard constraints, make them soft and reset the estimate "
                     "(default: exit with an error that names them)",
-                    live.online.soften_infeasible);
+                    track.online.soften_infeasible);
         option.group("Data");
-        option("--until", "SECONDS", "Stop after SECONDS of data [s] (default: all data)", live.until,
+        option("--until", "SECONDS", "Stop after SECONDS of data [s] (default: all data)", track.until,
                parse_non_negative);
-        option.flag("--realtime", "Process each line at its time instead of as fast as possible", live.realtime);
+        option.flag("--realtime", "Process each line at its time instead of as fast as possible", track.realtime);
         option.flag("--stdin", "Read the data from standard input; SCENARIO then only gives scenario.yaml",
                     request->standard_input);
         option.advanced();
@@ -284,7 +284,7 @@ Command track_command() {
         option("--window", "SECONDS", "Length of the sliding window; older states are marginalised [s] (default 60)",
                request->window, parse_positive);
         option("--predict", "LIST", "Prediction times ahead of the newest state, comma-separated [s] (default 5,10)",
-               live.ahead, parse_ahead);
+               track.ahead, parse_ahead);
         add_threads(option);
         option.advanced();
         option("--newest", "hypotheses|window",
@@ -293,11 +293,11 @@ Command track_command() {
                request->newest, parse_newest);
         option("--window-keyframes", "N",
                "Maximum number of keyframes in the window; without --window, the only limit (default: no limit)",
-               live.online.lag.max_keyframes, parse_window_keyframes);
+               track.online.lag.max_keyframes, parse_window_keyframes);
         option("--max-iterations", "N", "Maximum number of iterations of an update (default 12)",
-               live.online.lag.max_iterations, parse_count);
+               track.online.lag.max_iterations, parse_count);
         option.group("Gates and resets");
-        ResetOptions& reset = live.online.reset;
+        ResetOptions& reset = track.online.reset;
         option("--gate", "SIGMAS|off",
                "Reject measurements whose innovation exceeds SIGMAS standard deviations (default 5)", reset.gate,
                parse_gate);
@@ -326,7 +326,7 @@ Command track_command() {
             reset.invalid_after, parse_positive);
         option.everyday();
         option("--bad-after", "SECONDS", "Exit with status 2 if the track is unreliable for SECONDS [s] (default 60)",
-               live.faulty_after, parse_positive);
+               track.faulty_after, parse_positive);
         option.group("Snapshots");
         option("--snapshot", "FILE", "Write snapshots to FILE while tracking; if FILE exists, first resume from it",
                request->snapshot, parse_snapshot_file);
@@ -334,7 +334,7 @@ Command track_command() {
                parse_positive);
         add_output(option, request->output,
                    {.writes = "Write filtered trajectories, errors, summary.json and plots to DIR", .judges = true});
-        add_at(option, live.at, request->output);
+        add_at(option, track.at, request->output);
         option.flag("--json-lines", "Print each update as a line of JSON, and finally the summary as another one",
                     request->json_lines);
         option("--rate", "HZ", "With --json-lines: at most HZ lines per second of data [Hz] (default: every update)",

@@ -55,7 +55,7 @@ void Moments::add(const std::optional<double>& value) {
   squares_ += from_mean * (*value - mean_);
 }
 
-std::optional<MeanStd> Moments::spread() const {
+std::optional<MeanStd> Moments::mean_std() const {
   if (n_ == 0) return {};
   return MeanStd{mean_, std::sqrt(squares_ / n_), n_};
 }
@@ -75,7 +75,7 @@ std::optional<MeanStd> target_error_in_world(const Scenario& scenario, const std
   for (std::size_t k = 0; k < keyframes.size(); ++k)
     if (const auto truth = pose_at(scenario.truth_target, keyframes[k].t))
       distances.add((target[k].position - truth->translation()).norm());
-  return distances.spread();
+  return distances.mean_std();
 }
 
 ErrorSummary summarise(const std::vector<KeyframeError>& errors, std::optional<KeyframeType> type) {
@@ -90,10 +90,10 @@ ErrorSummary summarise(const std::vector<KeyframeError>& errors, std::optional<K
     raw_orientation.add(error.raw_orientation);
   }
   summary.compared = position.n();
-  summary.position = position.spread();
-  summary.orientation = orientation.spread();
-  summary.raw_position = raw_position.spread();
-  summary.raw_orientation = raw_orientation.spread();
+  summary.position = position.mean_std();
+  summary.orientation = orientation.mean_std();
+  summary.raw_position = raw_position.mean_std();
+  summary.raw_orientation = raw_orientation.mean_std();
   return summary;
 }
 

@@ -46,7 +46,7 @@ class Moments {
  public:
   void add(const std::optional<double>& value);
   int n() const { return n_; }
-  std::optional<MeanStd> spread() const;  ///< absent without values
+  std::optional<MeanStd> mean_std() const;  ///< absent without values
 
  private:
   int n_ = 0;

@@ -148,7 +148,7 @@ std::optional<double> overconfident_nees(const Estimate& estimate) {
   for (std::size_t k = 0; k < estimate.uncertainty.size(); ++k)
     if (const auto& error = estimate.errors[k].position_vector)
       nees.add(squared_distance(*error, estimate.uncertainty[k].relative_position));
-  const auto spread = nees.spread();
+  const auto spread = nees.mean_std();
   return spread && spread->mean > kFarTooLarge ? std::optional(spread->mean) : std::nullopt;
 }
 

@@ -59,7 +59,7 @@ std::vector<SensorOutcome> sensor_outcomes(const Scenario& scenario, const Track
       outcome.down_weighted += m.down_weighted();
       raw.add(m.raw_position);
     }
-    outcome.raw_position = raw.spread();
+    outcome.raw_position = raw.mean_std();
   }
   return outcomes;
 }

@@ -15,7 +15,7 @@ struct ShownSeries {
   double mean, spread, correlation;
 };
 ShownSeries shown(const SensorFit& s, std::size_t component) {
-  const auto of = [](const auto& x) { return ShownSeries{x.mean(), x.spread(), x.correlation()}; };
+  const auto of = [](const auto& x) { return ShownSeries{x.mean(), x.standard_deviation(), x.correlation()}; };
   return s.series.empty() ? of(s.moments[component]) : of(s.series[component]);
 }
 

@@ -279,26 +279,26 @@ class Tracker {
   } catch (const Error&) {  // no covariance after a failed update
   }
 
-  void add_live(TrackRecord& record) const {
+  void add_reported(TrackRecord& record) const {
     static constexpr double kSecond = 1;
     const SE3 chaser = estimator_.chaser().pose;
-    record.live.chaser_twist = (chaser.inverse() * estimator_.predicted_chaser(kSecond)).Log() / kSecond;
+    record.reported.chaser_twist = (chaser.inverse() * estimator_.predicted_chaser(kSecond)).Log() / kSecond;
     const auto twist = [](const auto& now, const auto& next) -> std::optional<Vector<6>> {
       if (!now || !next || !now->rotation || !next->rotation) return {};
       return (SE3(*now->rotation, now->position).inverse() * SE3(*next->rotation, next->position)).Log() / kSecond;
     };
-    record.live.target_twist = twist(estimator_.target(), estimator_.predicted_target(kSecond));
+    record.reported.target_twist = twist(estimator_.target(), estimator_.predicted_target(kSecond));
     if (estimator_.uses_hypotheses()) {
-      auto& window = record.live.window_target = estimator_.window_target();
-      record.live.window_twist = twist(window, estimator_.window_target(kSecond));
+      auto& window = record.reported.window_target = estimator_.window_target();
+      record.reported.window_twist = twist(window, estimator_.window_target(kSecond));
       window->position = to_world_.act(window->position);
       if (window->rotation) window->rotation = to_world_.rotation() * *window->rotation;
     }
-    if (!options_.live_covariance) return;
+    if (!options_.report_covariance) return;
     try {
       const OnlineEstimator::Covariance c = estimator_.covariance();
-      record.live.covariance = c.joint.size() > 0 ? c.joint : c.chaser;
-      record.live.chaser_rows = c.chaser.rows();
+      record.reported.covariance = c.joint.size() > 0 ? c.joint : c.chaser;
+      record.reported.chaser_rows = c.chaser.rows();
     } catch (const NumericalError&) {  // no covariance after a failed update
     }
   }
@@ -353,7 +353,7 @@ class Tracker {
     }
     for (const double h : options_.ahead) record.ahead.push_back(estimator_.relative_target(h));
     add_sigmas(record);
-    if (options_.live) add_live(record);
+    if (options_.report) add_reported(record);
     if (std::floor(update.t) > second_) {
       second_ = std::floor(update.t);
       record.memory = resident_megabytes();

@@ -22,8 +22,8 @@ struct TrackOptions {
   double until = HUGE_VAL;                  ///< end of the data used, after the first line [s]
   bool realtime = false;                    ///< processes each line at its time by the wall clock
   const std::atomic<bool>* stop = nullptr;  ///< ends tracking early when it is set
-  bool live = false;                        ///< whether to compute TrackRecord::Live
-  bool live_covariance = true;              ///< and its covariance
+  bool report = false;                      ///< whether to compute TrackRecord::Reported
+  bool report_covariance = true;            ///< and its covariance
   std::vector<double> at{};                 ///< times of Track::at [s]
   double faulty_after = 60;                 ///< duration from which an unreliable interval is reported [s]
   /// Receives a snapshot every `snapshot_every` seconds of the wall clock, and at the end.

@@ -49,15 +49,15 @@ std::vector<Numbers> rows(const Eigen::MatrixXd& M) {
 
 /// Returns the target to which the covariance belongs.
 const TargetState& of_covariance(const TrackRecord& record) {
-  return record.live.window_target ? *record.live.window_target : *record.target;
+  return record.reported.window_target ? *record.reported.window_target : *record.target;
 }
 
 /// Returns the joint covariance in the axes of the scenario's files.
 Eigen::MatrixXd in_axes(const Frame& frame, const TrackRecord& record) {
-  const Eigen::MatrixXd& S = record.live.covariance;
+  const Eigen::MatrixXd& S = record.reported.covariance;
   if (!frame.is_ned() || S.size() == 0) return S;
   Eigen::MatrixXd A = Eigen::MatrixXd::Zero(S.rows(), S.cols());
-  const Eigen::Index chaser = record.live.chaser_rows;
+  const Eigen::Index chaser = record.reported.chaser_rows;
   const auto turn = [&](Eigen::Index first, Eigen::Index size) {  // of a pose or a point
     const Matrix<3, 3> body = frame.body_axes();
     if (size == 6) {
@@ -77,7 +77,7 @@ using Rows = std::optional<std::vector<Numbers>>;
 
 /// Returns `size` rows and columns of the covariance from `first` on, if a line has such covariances.
 Rows covariance_rows(const Line& l, LineCovariance wanted, Eigen::Index first, Eigen::Index size) {
-  if (l.covariance != wanted || l.record.live.covariance.size() == 0 || size <= 0) return {};
+  if (l.covariance != wanted || l.record.reported.covariance.size() == 0 || size <= 0) return {};
   return rows(in_axes(l.frame, l.record).block(first, first, size, size));
 }
 
@@ -92,10 +92,12 @@ constexpr const char* kJoint =
     "in the plane x, y and the heading";
 constexpr const char* kTargetBlock = "block of the target in the joint covariance, with --covariance blocks";
 
-Rows joint_rows(const Line& l) { return covariance_rows(l, LineCovariance::joint, 0, l.record.live.covariance.rows()); }
+Rows joint_rows(const Line& l) {
+  return covariance_rows(l, LineCovariance::joint, 0, l.record.reported.covariance.rows());
+}
 Rows target_rows(const Line& l) {
-  const Eigen::Index chaser = l.record.live.chaser_rows;
-  return covariance_rows(l, LineCovariance::blocks, chaser, l.record.live.covariance.rows() - chaser);
+  const Eigen::Index chaser = l.record.reported.chaser_rows;
+  return covariance_rows(l, LineCovariance::blocks, chaser, l.record.reported.covariance.rows() - chaser);
 }
 
 /// The target of the window, if motion hypotheses give the newest state.
@@ -103,13 +105,13 @@ JsonFields<Line> window_fields() {
   using L = Line;
   return JsonFields<L>()
       .add("target_m", "position of the target in the scenario's frame [m]",
-           [](const L& l) { return numbers(l.frame.world(l.record.live.window_target->position)); })
+           [](const L& l) { return numbers(l.frame.world(l.record.reported.window_target->position)); })
       .add("target_quaternion", "orientation of the target in the scenario's frame, x y z w; if it is estimated",
-           [](const L& l) { return quaternion(l.frame, *l.record.live.window_target); })
+           [](const L& l) { return quaternion(l.frame, *l.record.reported.window_target); })
       .add("target_twist", "body twist of the target over the last second [m/s, rad/s]",
            [](const L& l) -> std::optional<Numbers> {
-             if (!l.record.live.window_twist) return {};
-             return twist_numbers(l.frame, *l.record.live.window_twist);
+             if (!l.record.reported.window_twist) return {};
+             return twist_numbers(l.frame, *l.record.reported.window_twist);
            })
       .add("covariance", kJoint, joint_rows)
       .add("target_covariance", kTargetBlock, target_rows);
@@ -195,7 +197,7 @@ JsonFields<Line> line_fields() {
       .add("chaser_quaternion", "orientation of the chaser in the scenario's frame, x y z w",
            [](const L& l) { return numbers(l.frame.world(l.record.chaser).rotation()); })
       .add("chaser_twist", "body twist of the chaser over the last second [m/s, rad/s]",
-           [](const L& l) { return twist_numbers(l.frame, l.record.live.chaser_twist); })
+           [](const L& l) { return twist_numbers(l.frame, l.record.reported.chaser_twist); })
       .add("chaser_sigma_m", "standard deviation of that position: root of the summed variances [m]",
            [](const L& l) {
              return l.record.chaser_sigma ? std::optional(reported_sigma(*l.record.chaser_sigma)) : std::nullopt;
@@ -217,8 +219,8 @@ JsonFields<Line> line_fields() {
            })
       .add("target_twist", "body twist of the target predicted for the next second [m/s, rad/s]",
            [](const L& l) -> std::optional<Numbers> {
-             if (!l.record.live.target_twist) return {};
-             return twist_numbers(l.frame, *l.record.live.target_twist);
+             if (!l.record.reported.target_twist) return {};
+             return twist_numbers(l.frame, *l.record.reported.target_twist);
            })
       .add("speed_m_s", "speed of the target [m/s]",
            [](const L& l) { return l.record.target ? std::optional(l.record.target_velocity.norm()) : std::nullopt; })
@@ -235,16 +237,16 @@ JsonFields<Line> line_fields() {
              return numbers(reported_sigmas(l.frame, *l.record.covariance));
            })
       .add("covariance", kJoint + std::string("; of a chaser without a target, its block. See window"),
-           [](const L& l) { return l.record.live.window_target ? Rows() : joint_rows(l); })
+           [](const L& l) { return l.record.reported.window_target ? Rows() : joint_rows(l); })
       .add("chaser_covariance", "block of the chaser in the joint covariance, with --covariance blocks",
-           [](const L& l) { return covariance_rows(l, LineCovariance::blocks, 0, l.record.live.chaser_rows); })
+           [](const L& l) { return covariance_rows(l, LineCovariance::blocks, 0, l.record.reported.chaser_rows); })
       .add("target_covariance", kTargetBlock,
-           [](const L& l) { return l.record.live.window_target ? Rows() : target_rows(l); })
+           [](const L& l) { return l.record.reported.window_target ? Rows() : target_rows(l); })
       .add_object("window",
                   "with motion hypotheses: the target of the window, to which the covariances belong. The other keys "
                   "have the newest state of the hypotheses",
                   window_fields(),
-                  [](const L& l) { return l.record.live.window_target ? std::optional(l) : std::nullopt; })
+                  [](const L& l) { return l.record.reported.window_target ? std::optional(l) : std::nullopt; })
       .add_list("ahead", "predictions", line_prediction_fields(), predictions)
       .add_map("sensors", "SENSOR", "state of each sensor", line_sensor_fields(), sensors_by_name);
 }

@@ -60,7 +60,7 @@ struct TrackRecord {
   std::vector<std::optional<RelativeTarget>> ahead{};  ///< predicted target in the chaser's body at t, per horizon
 
   /// Known while the update is reported, but not stored in files of records.
-  struct Live {
+  struct Reported {
     Vector<6> chaser_twist = Vector<6>::Zero();  ///< over the last second, in the chaser's body [m/s, rad/s]
     std::optional<Vector<6>> target_twist{};     ///< likewise in the target's body, if it has an orientation
     Eigen::MatrixXd covariance{};  ///< joint, of [chaser; target], right perturbations; empty after a failed update
@@ -68,7 +68,7 @@ struct TrackRecord {
     /// The target of the window, to which the covariance belongs, if motion hypotheses give the newest state instead.
     std::optional<TargetState> window_target{};
     std::optional<Vector<6>> window_twist{};  ///< of that target, if it has an orientation [m/s, rad/s]
-  } live{};
+  } reported{};
 
   /// Returns the position of the target in the chaser's body, t(C⁻¹T) [m]; requires a target.
   Vector<3> relative() const { return chaser.inverse().act(target->position); }

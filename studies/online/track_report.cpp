@@ -52,7 +52,12 @@ struct ErrorMoments {
     raw_orientation.add(e.raw_orientation);
   }
   ErrorSummary summary() const {
-    return {n, position.n(), position.spread(), orientation.spread(), raw_position.spread(), raw_orientation.spread()};
+    return {n,
+            position.n(),
+            position.mean_std(),
+            orientation.mean_std(),
+            raw_position.mean_std(),
+            raw_orientation.mean_std()};
   }
 };
 
@@ -192,14 +197,14 @@ TrackSummary summarise(const Track& track, const Scenario& scenario, const Track
   summary.processor = times_of(std::move(processor));
   for (std::size_t i = 0; i < sums.size(); ++i) {
     summary.errors[i] = sums[i].summary();
-    summary.nees[i] = sums[i].nees.spread();
+    summary.nees[i] = sums[i].nees.mean_std();
   }
   if (track.has_target)
     for (std::size_t i = 0; i < ahead.size(); ++i)
-      summary.ahead.push_back({options.ahead[i], ahead_nees[i].spread(), ahead[i].spread()});
+      summary.ahead.push_back({options.ahead[i], ahead_nees[i].mean_std(), ahead[i].mean_std()});
   if (!track.by_odometry) {
-    summary.chaser_position = position.spread();
-    summary.chaser_orientation = orientation.spread();
+    summary.chaser_position = position.mean_std();
+    summary.chaser_orientation = orientation.mean_std();
   }
   return summary;
 }

@@ -119,7 +119,7 @@ std::string table1(const std::vector<Instant>& instants) {
   table.group(2, 4, "position [m]");
   table.group(5, 7, "orientation [°]");
   const auto spread = [&](const Row& row, const Value& value, int decimals) {
-    return spread_shown(moments_of(instants, row.second, value).spread(), decimals);
+    return spread_shown(moments_of(instants, row.second, value).mean_std(), decimals);
   };
   for (const Row& row : {Row{"position", KeyframeType::position},
                          {"pose", KeyframeType::pose},
@@ -132,7 +132,7 @@ std::string table1(const std::vector<Instant>& instants) {
                spread(row, b_angle, 2)});
   }
   const auto mean = [&](const Value& value) {
-    const auto of = moments_of(instants, KeyframeType::position, value).spread();
+    const auto of = moments_of(instants, KeyframeType::position, value).mean_std();
     return of ? of->mean : std::nan("");
   };
   return fmt::format(
@@ -158,7 +158,7 @@ JsonFields<Selection> error_fields() {
   });
   const auto add = [&](const std::string& key, const std::string& unit, const std::string& what, Value value) {
     add_spread(fields, key, unit, what,
-               [value = std::move(value)](const S& s) { return moments_of(s.instants, s.type, value).spread(); });
+               [value = std::move(value)](const S& s) { return moments_of(s.instants, s.type, value).mean_std(); });
   };
   add("raw_position", "m", "position error of the measurements [m]", [](const Instant& i) { return i.raw_error; });
   add("a_position", "m", "position error in Mode A [m]", error_of_mode(&Instant::a, &ModeState::error));

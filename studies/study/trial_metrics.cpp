@@ -135,7 +135,7 @@ void TrialResult::set(std::string_view metric, std::optional<double> value) {
 }
 
 void TrialResult::set_mean(std::string_view metric, const Moments& of) {
-  if (const auto spread = of.spread()) set(metric, spread->mean);
+  if (const auto spread = of.mean_std()) set(metric, spread->mean);
 }
 
 void add_errors(const std::vector<KeyframeError>& errors, TrialResult& result) {
@@ -161,9 +161,9 @@ void add_gap_errors(const std::vector<KeyframeError>& errors, const std::vector<
     }
     if (most >= 0) worst.add(most);
   }
-  if (const auto s = within.spread()) result.set("gap_position_m", s->mean);
-  if (const auto s = worst.spread()) result.set("gap_worst_m", s->mean);
-  if (const auto s = beyond.spread()) result.set("after_gap_position_m", s->mean);
+  if (const auto s = within.mean_std()) result.set("gap_position_m", s->mean);
+  if (const auto s = worst.mean_std()) result.set("gap_worst_m", s->mean);
+  if (const auto s = beyond.mean_std()) result.set("after_gap_position_m", s->mean);
 }
 
 std::optional<double> correlation_time(const std::vector<KeyframeError>& errors) {

@@ -99,7 +99,7 @@ SensorResiduals residuals_of(const CalibratedEntry& entry, const std::vector<Mis
       all.count = std::max(all.count, m.value.size());
       all.correlation_time = std::max(all.correlation_time, m.correlation_time());
       if (m.has_significant_mean()) all.mean = std::max(all.mean, std::abs(m.mean()));
-      all.spread = std::max(all.spread, m.spread());
+      all.spread = std::max(all.spread, m.standard_deviation());
       all.down_weighted =
           std::max(all.down_weighted, double(m.down_weighted) / double(m.down_weighted + m.value.size()));
     }

@@ -54,7 +54,7 @@ TEST(FitReport, AcceptsStatedNoise) {
     EXPECT_NEAR(m.fit.cost, 1500, 3 * m.fit.cost_sigma);
     for (const ResidualSeries& s : m.fit.sensors[0].series) {
       EXPECT_EQ(s.value.size(), 2000u);
-      EXPECT_NEAR(s.spread(), 1, 0.05);
+      EXPECT_NEAR(s.standard_deviation(), 1, 0.05);
       EXPECT_NEAR(s.mean(), 0, 0.05);
     }
     EXPECT_EQ(m.fit.sensors[0].worst.size(), 5u);

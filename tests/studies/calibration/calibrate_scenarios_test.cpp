@@ -69,7 +69,7 @@ TEST(CalibrateScenarios, RecoversTheNoiseFromAWrongGivenOne) {
   ASSERT_THAT(found.after, testing::Not(testing::IsEmpty()));
   for (const Misfit& m : found.after)
     if (m.parameter.starts_with("optical")) {
-      EXPECT_NEAR(m.spread(), 1, 0.15) << m.parameter;
+      EXPECT_NEAR(m.standard_deviation(), 1, 0.15) << m.parameter;
     }
 }
 

@@ -32,7 +32,7 @@ Misfit made_of(double correlated, double time_constant, double offset, const std
 TEST(Misfit, DiagnosesNothingForWhiteNoise) {
   const Misfit m = made_of(0, 0, 0);
   EXPECT_NEAR(m.mean(), 0, 0.1);
-  EXPECT_NEAR(m.spread(), 1, 0.1);
+  EXPECT_NEAR(m.standard_deviation(), 1, 0.1);
   EXPECT_EQ(m.correlation_time(), 0);
   EXPECT_FALSE(m.has_significant_mean());
   EXPECT_THAT(m.diagnosis(), IsEmpty());

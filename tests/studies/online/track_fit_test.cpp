@@ -49,7 +49,7 @@ TEST(TrackFit, HasTheStatisticsOfStoredInnovations) {
   const SensorFit& fit = report.sensors.at(0);
   for (std::size_t c = 0; c < 3; ++c) {
     EXPECT_NEAR(fit.moments[c].mean(), stored[c].mean(), 1e-12);
-    EXPECT_NEAR(fit.moments[c].spread(), stored[c].spread(), 1e-12);
+    EXPECT_NEAR(fit.moments[c].standard_deviation(), stored[c].standard_deviation(), 1e-12);
     EXPECT_NEAR(fit.moments[c].correlation(), stored[c].correlation(), 1e-12);
   }
   EXPECT_GT(fit.moments[0].correlation(), 0.9);

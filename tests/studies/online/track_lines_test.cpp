@@ -141,10 +141,10 @@ TEST(TrackLines, PrintHealth) {
 
 TEST(TrackJsonLines, HaveStatesAndCovariancesInTheFrameOfTheScenario) {
   TrackRecord r = record(80.2);
-  r.live.chaser_twist << 1, 2, 3, 4, 5, 6;
-  r.live.target_twist = r.live.chaser_twist;
-  r.live.chaser_rows = 6;
-  r.live.covariance = Eigen::MatrixXd::Ones(12, 12) + Eigen::MatrixXd::Identity(12, 12);
+  r.reported.chaser_twist << 1, 2, 3, 4, 5, 6;
+  r.reported.target_twist = r.reported.chaser_twist;
+  r.reported.chaser_rows = 6;
+  r.reported.covariance = Eigen::MatrixXd::Ones(12, 12) + Eigen::MatrixXd::Identity(12, 12);
   r.ahead = {RelativeTarget{{3, 4, 0}, Matrix<3, 3>(Vector<3>(1, 4, 9).asDiagonal())}};
   r.health.sensors = {{.used = 3, .rejected = 1, .sigmas = 2.0, .age = 0.5, .nis = 1.25}};
   const auto json_in = [&](const Frame& frame, LineCovariance covariance) {
@@ -168,8 +168,8 @@ TEST(TrackJsonLines, HaveStatesAndCovariancesInTheFrameOfTheScenario) {
   EXPECT_EQ(ned["target_covariance"][0][1], -1.0) << "forward and starboard instead of port";
   EXPECT_EQ(ned["target_covariance"][1][2], 1.0);
   EXPECT_FALSE(ned.contains("window"));
-  r.live.window_target = TargetState(SE3(SO3(), {9, 10, 5}));
-  r.live.window_twist = r.live.chaser_twist;
+  r.reported.window_target = TargetState(SE3(SO3(), {9, 10, 5}));
+  r.reported.window_twist = r.reported.chaser_twist;
   const auto joint = json_in(Frame::enu_flu(), LineCovariance::joint),
              blocks = json_in(Frame::ned_frd(), LineCovariance::blocks);
   EXPECT_FALSE(joint.contains("covariance")) << "it belongs to the window, not to the newest state";
