@@ -3,6 +3,7 @@
 
 #include <tandem/solvers/active_rows.hpp>
 #include <tandem/solvers/linear/hessian_diagonal.hpp>
+#include <tandem/solvers/linear/jacobian_products.hpp>
 #include <tandem/solvers/linear/panel_kernels.hpp>
 
 namespace tandem::detail {
@@ -31,17 +32,18 @@ ActiveRows::ActiveRows(const NlpEvaluator& nlp, const Eigen::VectorXd& jacobian,
   const TripletPattern& pattern = nlp.jacobian_pattern();
   const Eigen::VectorXd variance = scale.cwiseMax(min_curvature(scale)).cwiseInverse();
   root_.setZero(nlp.num_rows());
-  row_.reserve(pattern.row.size());
-  column_.reserve(pattern.row.size());
-  value_.reserve(pattern.row.size());
+  entries_.row.reserve(pattern.row.size());
+  entries_.column.reserve(pattern.row.size());
+  value_.resize(jacobian.size());
   for (std::size_t k = 0; k < pattern.row.size(); ++k) {
     const double J = jacobian[Eigen::Index(k)];
     root_[pattern.row[k]] += J * J * variance[pattern.column[k]];
     if (sides[std::size_t(pattern.row[k])] == inactive || J == 0) continue;
-    row_.push_back(pattern.row[k]);
-    column_.push_back(pattern.column[k]);
-    value_.push_back(J);
+    value_[Eigen::Index(entries_.row.size())] = J;
+    entries_.row.push_back(pattern.row[k]);
+    entries_.column.push_back(pattern.column[k]);
   }
+  value_.conservativeResize(Eigen::Index(entries_.row.size()));
   weight_.setZero(nlp.num_rows());
   for (Eigen::Index i = 0; i < root_.size(); ++i) {
     root_[i] = root_[i] > 0 ? 1 / std::sqrt(root_[i]) : 1;
@@ -57,12 +59,12 @@ double ActiveRows::solve(const BlockCholesky& factor, const Eigen::VectorXd& g, 
                          Eigen::VectorXd& p, Eigen::VectorXd& y, Eigen::VectorXd& errors) const {
   rhs_ = weight_.cwiseProduct(b) - y;
   p = -g;
-  for (std::size_t k = 0; k < value_.size(); ++k) p[column_[k]] += value_[k] * rhs_[row_[k]];
+  add_transposed_product(entries_, value_, rhs_, p);
   factor.solve(p);
   errors = -b;
-  for (std::size_t k = 0; k < value_.size(); ++k) errors[row_[k]] += value_[k] * p[column_[k]];
+  add_jacobian_product(entries_, value_, p, errors);
   y += weight_.cwiseProduct(errors);
-  return value_.empty() ? 0.0 : size(errors, b);
+  return empty() ? 0.0 : size(errors, b);
 }
 
 bool ActiveRows::refine(const BlockCholesky& factor, const Eigen::VectorXd& b, Eigen::VectorXd& p, Eigen::VectorXd& y,
@@ -78,12 +80,12 @@ bool ActiveRows::refine(const BlockCholesky& factor, const Eigen::VectorXd& b, E
 
 void ActiveRows::correct(const BlockCholesky& factor, Eigen::VectorXd& p, Eigen::VectorXd& y,
                          Eigen::VectorXd& errors) const {
-  rhs_ = weight_.cwiseProduct(errors);
+  rhs_ = -weight_.cwiseProduct(errors);
   change_.setZero(p.size());
-  for (std::size_t k = 0; k < value_.size(); ++k) change_[column_[k]] -= value_[k] * rhs_[row_[k]];
+  add_transposed_product(entries_, value_, rhs_, change_);
   factor.solve(change_);
   p += change_;
-  for (std::size_t k = 0; k < value_.size(); ++k) errors[row_[k]] += value_[k] * change_[column_[k]];
+  add_jacobian_product(entries_, value_, change_, errors);
   y += weight_.cwiseProduct(errors);
 }
 
@@ -94,10 +96,11 @@ BlockCholesky::Columns ActiveRows::white_product(const BlockCholesky::Columns& X
   BlockCholesky::Columns product(active, X.cols());
   std::fill_n(product.data(), product.size(), 0.0);
   dispatch_simd([&]() TANDEM_INLINED_HERE {
-    for (std::size_t k = 0; k < value_.size(); ++k) {
-      const double factor = -std::sqrt(weight_[row_[k]]) * value_[k];
-      const double* from = X.data() + column_[k] * X.cols();
-      double* to = product.data() + place[std::size_t(row_[k])] * X.cols();
+    for (std::size_t k = 0; k < entries_.row.size(); ++k) {
+      const int row = entries_.row[k];
+      const double factor = -std::sqrt(weight_[row]) * value_[Eigen::Index(k)];
+      const double* from = X.data() + entries_.column[k] * X.cols();
+      double* to = product.data() + place[std::size_t(row)] * X.cols();
       for (Eigen::Index j = 0; j < X.cols(); j += 8) subtract_eight(factor, from + j, to + j);
     }
   });

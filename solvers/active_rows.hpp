@@ -32,7 +32,7 @@ class ActiveRows {
   ActiveRows(const NlpEvaluator& nlp, const Eigen::VectorXd& jacobian, const std::vector<Side>& sides,
              const Eigen::VectorXd& scale);
 
-  bool empty() const { return value_.empty(); }
+  bool empty() const { return value_.size() == 0; }
   /// W of each row of the NLP, 0 for inactive ones.
   const Eigen::VectorXd& weights() const { return weight_; }
   /// Returns √w⁰ of each row of the NLP, where 1/w⁰ is the variance that the cost alone would leave it, roughly.
@@ -54,8 +54,8 @@ class ActiveRows {
   BlockCholesky::Columns white_product(const BlockCholesky::Columns& X) const;
 
  private:
-  std::vector<int> row_, column_;  // entries of the active rows
-  std::vector<double> value_;
+  TripletPattern entries_;         // of the active rows A
+  Eigen::VectorXd value_;          // of each entry
   Eigen::VectorXd weight_, root_;  // of each row of the NLP
   mutable Eigen::VectorXd rhs_, change_;
 

@@ -37,11 +37,11 @@ double ResidualSeries::standard_deviation() const {
 double ResidualSeries::rms() const { return std::hypot(mean(), standard_deviation()); }
 
 double ResidualSeries::correlation() const {
-  const double mean = this->mean(), sd = standard_deviation();
-  if (value.size() < 3 || !(sd > 0)) return 0;
+  const double mean = this->mean(), sigma = standard_deviation();
+  if (value.size() < 3 || !(sigma > 0)) return 0;
   double sum = 0;
   for (std::size_t i = 1; i < value.size(); ++i) sum += (value[i] - mean) * (value[i - 1] - mean);
-  return sum / double(value.size() - 1) / (sd * sd);
+  return sum / double(value.size() - 1) / (sigma * sigma);
 }
 
 double ResidualSeries::spacing() const { return detail::median_step(t); }
@@ -76,10 +76,10 @@ double ResidualMoments::standard_deviation() const {
 }
 
 double ResidualMoments::correlation() const {
-  const double m = mean(), sd = standard_deviation();
-  if (n < 3 || !(sd > 0)) return 0;
+  const double m = mean(), sigma = standard_deviation();
+  if (n < 3 || !(sigma > 0)) return 0;
   const double pairs = double(n - 1);
-  return (products - m * (2 * sum - first - last) + pairs * m * m) / pairs / (sd * sd);
+  return (products - m * (2 * sum - first - last) + pairs * m * m) / pairs / (sigma * sigma);
 }
 
 }  // namespace tandem

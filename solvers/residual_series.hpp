@@ -19,7 +19,7 @@ struct ResidualSeries {
   void sort();  ///< by time
 
   double mean() const;
-  double standard_deviation() const;  ///< about the mean
+  double standard_deviation() const;  ///< About the mean.
   double rms() const;                 ///< Root mean square.
   double correlation() const;         ///< Autocorrelation at lag 1.
   double spacing() const;             ///< Median time between successive values [s].
@@ -38,7 +38,7 @@ struct ResidualMoments {
   void add(double standardised);
   // As those of ResidualSeries.
   double mean() const;
-  double standard_deviation() const;  ///< about the mean
+  double standard_deviation() const;
   double rms() const;
   double correlation() const;
 };

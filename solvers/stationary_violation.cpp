@@ -84,8 +84,8 @@ class ViolationMinimization {
   }
 
   /// Tries steps with more and more damping until one reduces the sum of squares. Rows that a rejected step violates are
-  /// kept within their bounds by the next one. More damping begins the search anew without these rows, since a short step
-  /// descends only then.
+  /// kept within their bounds by the next one. More damping begins the search anew without these rows. Without them, a
+  /// short step descends.
   bool try_step(Size& now) {
     nlp_.move_to(delta_);
     evaluate();

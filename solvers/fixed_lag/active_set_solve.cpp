@@ -60,7 +60,7 @@ Summary ActiveSetSolve::run() {
   return s;
 }
 
-/// Evaluates the derivatives of the cost. Those of the rows at X̄ are known from the last step.
+/// Evaluates the derivatives of the cost. The last step has evaluated the rows at X̄.
 double ActiveSetSolve::linearize() {
   const Session::Timer timer(session_.summary.evaluation_seconds);
   ++session_.summary.evaluations;

@@ -24,10 +24,10 @@ struct Measure {
   std::string keyframes() const { return type ? std::string(name(keyframe_types[*type])) : "all"; }
   std::optional<double> operator()(const ModelResult& result) const {
     const ErrorSummary& e = type ? result.errors[*type] : result.all;
-    const std::optional<MeanStd>& spread = orientation ? e.orientation : e.position;
+    const std::optional<MeanStd>& errors = orientation ? e.orientation : e.position;
     // If some states are points without orientation, the mean over the others would be too optimistic.
-    const bool whole = spread && (type || spread->n == e.compared);
-    return result.solved && whole ? std::optional(spread->mean) : std::nullopt;
+    const bool whole = errors && (type || errors->n == e.compared);
+    return result.solved && whole ? std::optional(errors->mean) : std::nullopt;
   }
 };
 

@@ -9,15 +9,15 @@ namespace tandem {
 
 /// Adds KEY_mean_UNIT and KEY_std_UNIT. `get(value)` returns an optional MeanStd; if it is empty, both are omitted.
 template <class T, class F>
-void add_spread(JsonFields<T>& fields, const std::string& key, const std::string& unit, const std::string& what,
-                F get) {
+void add_mean_std(JsonFields<T>& fields, const std::string& key, const std::string& unit, const std::string& what,
+                  F get) {
   fields.add(key + "_mean_" + unit, "mean " + what, [get](const T& value) -> std::optional<double> {
-    const std::optional<MeanStd> spread = get(value);
-    return spread ? std::optional(spread->mean) : std::nullopt;
+    const std::optional<MeanStd> errors = get(value);
+    return errors ? std::optional(errors->mean) : std::nullopt;
   });
   fields.add(key + "_std_" + unit, "standard deviation of the " + what, [get](const T& value) -> std::optional<double> {
-    const std::optional<MeanStd> spread = get(value);
-    return spread ? std::optional(spread->std) : std::nullopt;
+    const std::optional<MeanStd> errors = get(value);
+    return errors ? std::optional(errors->std) : std::nullopt;
   });
 }
 
@@ -30,12 +30,12 @@ inline JsonFields<ErrorSummary> error_fields() {
            [](const E& e) -> std::optional<int> {
              return e.compared > 0 && e.compared < e.n ? std::optional(e.compared) : std::nullopt;
            });
-  add_spread(fields, "position", "m", "position error [m]", [](const E& e) { return e.position; });
-  add_spread(fields, "orientation", "deg", "orientation error [deg]", [](const E& e) { return e.orientation; });
-  add_spread(fields, "raw_position", "m", "position error of the measurements themselves [m]",
-             [](const E& e) { return e.raw_position; });
-  add_spread(fields, "raw_orientation", "deg", "orientation error of the measurements themselves [deg]",
-             [](const E& e) { return e.raw_orientation; });
+  add_mean_std(fields, "position", "m", "position error [m]", [](const E& e) { return e.position; });
+  add_mean_std(fields, "orientation", "deg", "orientation error [deg]", [](const E& e) { return e.orientation; });
+  add_mean_std(fields, "raw_position", "m", "position error of the measurements themselves [m]",
+               [](const E& e) { return e.raw_position; });
+  add_mean_std(fields, "raw_orientation", "deg", "orientation error of the measurements themselves [deg]",
+               [](const E& e) { return e.raw_orientation; });
   return fields;
 }
 

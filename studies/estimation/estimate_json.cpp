@@ -25,8 +25,8 @@ JsonFields<SensorOutcome> sensor_fields() {
            [](const S& s) { return s.discarded; })
       .add("down_weighted", "number of measurements that the robust loss gives a weight below 0.5",
            [](const S& s) { return s.down_weighted; });
-  add_spread(fields, "raw_position", "m", "position error of its measurements [m]",
-             [](const S& s) { return s.raw_position; });
+  add_mean_std(fields, "raw_position", "m", "position error of its measurements [m]",
+               [](const S& s) { return s.raw_position; });
   return fields;
 }
 

@@ -6,17 +6,13 @@
 
 #include <tandem/studies/estimation/estimate_report.hpp>
 #include <tandem/studies/estimation/estimate_report_parts.hpp>
-#include <tandem/studies/estimation/spread_text.hpp>
+#include <tandem/studies/estimation/mean_std_text.hpp>
 #include <tandem/studies/estimation/unobservable_text.hpp>
 #include <tandem/studies/fit/fit_text.hpp>
 #include <tandem/studies/support/mahalanobis.hpp>
 
 namespace tandem {
 namespace {
-
-std::string mean_text(const std::optional<MeanStd>& spread, int decimals) {
-  return spread ? fmt::format("{:.{}f}", spread->mean, decimals) : "–";
-}
 
 std::string_view name(Role role) {
   if (role == Role::off) return "off";
@@ -66,7 +62,7 @@ std::string sensor_table(const Estimate& estimate) {
       "\n" + line("sensors", "type", "used", "held out", "discarded", "down-weighted", "raw position [m]");
   for (const SensorOutcome& s : estimate.sensors)
     text +=
-        line(s.name, name(s.type), s.used, s.held_out, s.discarded, s.down_weighted, spread_shown(s.raw_position, 3));
+        line(s.name, name(s.type), s.used, s.held_out, s.discarded, s.down_weighted, mean_std_text(s.raw_position, 3));
   if (!estimate.without_extrinsics.empty())
     text += fmt::format("{}: no extrinsics given; the body's origin and axes are assumed.\n",
                         fmt::join(estimate.without_extrinsics, ", "));
@@ -148,8 +144,8 @@ std::optional<double> overconfident_nees(const Estimate& estimate) {
   for (std::size_t k = 0; k < estimate.uncertainty.size(); ++k)
     if (const auto& error = estimate.errors[k].position_vector)
       nees.add(squared_distance(*error, estimate.uncertainty[k].relative_position));
-  const auto spread = nees.mean_std();
-  return spread && spread->mean > kFarTooLarge ? std::optional(spread->mean) : std::nullopt;
+  const auto found = nees.mean_std();
+  return found && found->mean > kFarTooLarge ? std::optional(found->mean) : std::nullopt;
 }
 
 std::string report(const Estimate& estimate) {
@@ -176,8 +172,8 @@ std::string report(const Estimate& estimate) {
     if (errors.n == 0) continue;
     // Shows the raw error only if all keyframes of the row have a measurement; other means are not comparable.
     const bool comparable = errors.raw_position && errors.raw_position->n == errors.compared;
-    text += line(type, errors.n, spread_shown(errors.position, 3), mean_text(errors.orientation, 2),
-                 comparable ? spread_shown(errors.raw_position, 3) : spread_shown({}, 3));
+    text += line(type, errors.n, mean_std_text(errors.position, 3), mean_text(errors.orientation, 2),
+                 comparable ? mean_std_text(errors.raw_position, 3) : mean_std_text({}, 3));
   }
   const ErrorSummary all = summarise(estimate.errors);
   if (all.compared == 0)

@@ -12,7 +12,7 @@ namespace {
 
 /// Statistics of the residuals of a component.
 struct ShownSeries {
-  double mean, spread, correlation;
+  double mean, standard_deviation, correlation;
 };
 ShownSeries shown(const SensorFit& s, std::size_t component) {
   const auto of = [](const auto& x) { return ShownSeries{x.mean(), x.standard_deviation(), x.correlation()}; };
@@ -47,7 +47,7 @@ std::string fit_text(const FitReport& fit) {
     const std::size_t c = s.worst_component();
     const ShownSeries series = shown(s, c);
     table.row({printable(s.name), std::to_string(s.used), std::to_string(s.rejected), std::to_string(s.down_weighted),
-               s.components[c], fmt::format("{:+.2f}", series.mean), fmt::format("{:.2f}", series.spread),
+               s.components[c], fmt::format("{:+.2f}", series.mean), fmt::format("{:.2f}", series.standard_deviation),
                fmt::format("{:.2f}", series.correlation),
                s.worst.empty() ? "–"
                                : fmt::format("{:+.1f} ({} at {:.3f} s)", s.worst[0].residual,
@@ -59,13 +59,13 @@ std::string fit_text(const FitReport& fit) {
 }
 
 JsonFields<FitReport> fit_fields() {
-  const auto series =
-      JsonFields<ShownSeries>()
-          .add("mean", "mean of the standardised residuals; 0 if consistent",
-               [](const ShownSeries& s) { return s.mean; })
-          .add("sigma", "their standard deviation; 1 if consistent", [](const ShownSeries& s) { return s.spread; })
-          .add("correlation", "their autocorrelation at lag 1; 0 if consistent",
-               [](const ShownSeries& s) { return s.correlation; });
+  const auto series = JsonFields<ShownSeries>()
+                          .add("mean", "mean of the standardised residuals; 0 if consistent",
+                               [](const ShownSeries& s) { return s.mean; })
+                          .add("sigma", "their standard deviation; 1 if consistent",
+                               [](const ShownSeries& s) { return s.standard_deviation; })
+                          .add("correlation", "their autocorrelation at lag 1; 0 if consistent",
+                               [](const ShownSeries& s) { return s.correlation; });
   const auto worst = JsonFields<NamedWorst>()
                          .add("t", "stamp of the measurement; of tandem track, the time at which it was valid [s]",
                               [](const NamedWorst& w) { return w.worst.t; })

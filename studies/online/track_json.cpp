@@ -30,8 +30,8 @@ struct ChaserErrors {
   const std::optional<MeanStd>&position, &orientation;
 };
 
-std::optional<double> mean(const std::optional<MeanStd>& spread) {
-  return spread ? std::optional(spread->mean) : std::nullopt;
+std::optional<double> mean(const std::optional<MeanStd>& errors) {
+  return errors ? std::optional(errors->mean) : std::nullopt;
 }
 
 JsonFields<UpdateTimes> time_fields() {
@@ -87,8 +87,8 @@ JsonFields<AheadErrors> prediction_fields() {
   JsonFields<A> fields;
   fields.add("seconds_ahead", "prediction time [s]", [](const A& a) { return a.seconds; })
       .add("n", "number of predictions", [](const A& a) { return a.position ? a.position->n : 0; });
-  add_spread(fields, "position", "m", "error of the predicted relative position [m]",
-             [](const A& a) { return a.position; });
+  add_mean_std(fields, "position", "m", "error of the predicted relative position [m]",
+               [](const A& a) { return a.position; });
   return fields.add("position_nees_mean", "mean NEES of the predicted relative position; 3 if consistent",
                     [](const A& a) { return mean(a.nees); });
 }
@@ -97,8 +97,8 @@ JsonFields<ChaserErrors> chaser_fields() {
   using C = ChaserErrors;
   JsonFields<C> fields;
   fields.add("n", "number of keyframes", [](const C& c) { return c.position->n; });
-  add_spread(fields, "position", "m", "position error [m]", [](const C& c) { return c.position; });
-  add_spread(fields, "orientation", "deg", "orientation error [deg]", [](const C& c) { return c.orientation; });
+  add_mean_std(fields, "position", "m", "position error [m]", [](const C& c) { return c.position; });
+  add_mean_std(fields, "orientation", "deg", "orientation error [deg]", [](const C& c) { return c.orientation; });
   return fields;
 }
 

@@ -5,7 +5,7 @@
 #include <tandem/problem/navigation/trajectory.hpp>
 #include <tandem/problem/quantile.hpp>
 #include <tandem/studies/estimation/error_columns.hpp>
-#include <tandem/studies/estimation/spread_text.hpp>
+#include <tandem/studies/estimation/mean_std_text.hpp>
 #include <tandem/studies/fit/fit_text.hpp>
 #include <tandem/studies/navigation/systematic_error_estimates.hpp>
 #include <tandem/studies/online/track_report.hpp>
@@ -75,10 +75,6 @@ std::string health_table(const Track& track) {
   return text;
 }
 
-std::string mean_text(const std::optional<MeanStd>& spread) {
-  return spread ? fmt::format("{:.2f}", spread->mean) : "–";
-}
-
 std::string error_tables(const Track& track, const TrackSummary& summary) {
   std::string text;
   if (!summary.truth) return "\n" + summary.missing_truth + "\n";
@@ -90,21 +86,21 @@ std::string error_tables(const Track& track, const TrackSummary& summary) {
       const ErrorSummary& e = summary.errors[i];
       if (e.n == 0) continue;
       const bool comparable = e.raw_position && e.raw_position->n == e.compared;
-      table.row({keyframes_name(i), fmt::format("{}", e.n), spread_shown(e.position, 3), mean_text(summary.nees[i]),
-                 spread_shown(e.orientation, 2), comparable ? spread_shown(e.raw_position, 3) : "–"});
+      table.row({keyframes_name(i), fmt::format("{}", e.n), mean_std_text(e.position, 3), mean_text(summary.nees[i], 2),
+                 mean_std_text(e.orientation, 2), comparable ? mean_std_text(e.raw_position, 3) : "–"});
     }
     text += "\nErrors of the newest state by the measurement at the keyframe\n" + table.str();
     if (!summary.ahead.empty()) {
       TextTable ahead({{"prediction", Align::left}, {"n"}, {"position [m]"}, {"NEES"}});
       for (const AheadErrors& e : summary.ahead)
         ahead.row({fmt::format("{:g} s ahead", e.seconds), fmt::format("{}", e.position ? e.position->n : 0),
-                   spread_shown(e.position, 3), mean_text(e.nees)});
+                   mean_std_text(e.position, 3), mean_text(e.nees, 2)});
       text += "\n" + ahead.str();
     }
   }
   if (summary.chaser_position)
     text += fmt::format("\nerrors of the chaser's newest state: position {} m, orientation {}°\n",
-                        spread_shown(summary.chaser_position, 3), spread_shown(summary.chaser_orientation, 2));
+                        mean_std_text(summary.chaser_position, 3), mean_std_text(summary.chaser_orientation, 2));
   return text;
 }
 

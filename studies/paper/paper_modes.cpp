@@ -5,7 +5,7 @@
 
 #include <tandem/lie/error.hpp>
 #include <tandem/studies/estimation/error_fields.hpp>
-#include <tandem/studies/estimation/spread_text.hpp>
+#include <tandem/studies/estimation/mean_std_text.hpp>
 #include <tandem/studies/paper/paper_modes.hpp>
 #include <tandem/studies/study/trial_online.hpp>
 #include <tandem/studies/support/output_file.hpp>
@@ -118,8 +118,8 @@ std::string table1(const std::vector<Instant>& instants) {
                    {"Mode B"}});
   table.group(2, 4, "position [m]");
   table.group(5, 7, "orientation [°]");
-  const auto spread = [&](const Row& row, const Value& value, int decimals) {
-    return spread_shown(moments_of(instants, row.second, value).mean_std(), decimals);
+  const auto errors = [&](const Row& row, const Value& value, int decimals) {
+    return mean_std_text(moments_of(instants, row.second, value).mean_std(), decimals);
   };
   for (const Row& row : {Row{"position", KeyframeType::position},
                          {"pose", KeyframeType::pose},
@@ -127,9 +127,9 @@ std::string table1(const std::vector<Instant>& instants) {
                          {"all", {}}}) {
     const auto n = std::count_if(instants.begin(), instants.end(),
                                  [&](const Instant& i) { return !row.second || i.type == *row.second; });
-    table.row({row.first, fmt::format("{}", n), row.second ? spread(row, raw, 3) : "–", spread(row, a, 3),
-               spread(row, b, 3), row.second ? spread(row, raw_angle, 2) : "–", spread(row, a_angle, 2),
-               spread(row, b_angle, 2)});
+    table.row({row.first, fmt::format("{}", n), row.second ? errors(row, raw, 3) : "–", errors(row, a, 3),
+               errors(row, b, 3), row.second ? errors(row, raw_angle, 2) : "–", errors(row, a_angle, 2),
+               errors(row, b_angle, 2)});
   }
   const auto mean = [&](const Value& value) {
     const auto of = moments_of(instants, KeyframeType::position, value).mean_std();
@@ -157,8 +157,8 @@ JsonFields<Selection> error_fields() {
                          [&](const Instant& i) { return !s.type || i.type == *s.type; });
   });
   const auto add = [&](const std::string& key, const std::string& unit, const std::string& what, Value value) {
-    add_spread(fields, key, unit, what,
-               [value = std::move(value)](const S& s) { return moments_of(s.instants, s.type, value).mean_std(); });
+    add_mean_std(fields, key, unit, what,
+                 [value = std::move(value)](const S& s) { return moments_of(s.instants, s.type, value).mean_std(); });
   };
   add("raw_position", "m", "position error of the measurements [m]", [](const Instant& i) { return i.raw_error; });
   add("a_position", "m", "position error in Mode A [m]", error_of_mode(&Instant::a, &ModeState::error));

@@ -54,7 +54,7 @@ std::string share_text(const Interval& share) {
   return fmt::format("{:.0f} % ({:.0f} … {:.0f})", 100 * share.value, 100 * share.low, 100 * share.high);
 }
 
-std::string spread_cell(const Interval* mean, int decimals) {
+std::string interval_cell(const Interval* mean, int decimals) {
   if (!mean) return "–";
   return fmt::format("{:.{}f} ± {:.{}f}", mean->value, decimals, mean->high - mean->value, decimals);
 }
@@ -83,7 +83,7 @@ std::string errors_table(const Study& study, const StudyTables& tables, const Me
   TextTable table(heads);
   std::vector<std::string> raw = {"raw"};
   for (const StudyColumn& column : columns)
-    raw.push_back(spread_cell(column.raw ? mean(*groups.front(), column.raw) : nullptr, column.decimals));
+    raw.push_back(interval_cell(column.raw ? mean(*groups.front(), column.raw) : nullptr, column.decimals));
   raw.resize(heads.size());
   if (std::any_of(columns.begin(), columns.end(), [](const StudyColumn& column) { return column.raw; })) table.row(raw);
   for (const StudyGroup* group : groups) {
@@ -202,7 +202,7 @@ std::string study_columns_text(const Study& study) {
 
 std::string mean_text(const StudyColumn& column, const Interval* mean) {
   if (mean && trial_metrics()[metric_index(column.metric)].share) return share_text(*mean);
-  return spread_cell(mean, column.decimals);
+  return interval_cell(mean, column.decimals);
 }
 
 std::string study_report(const Study& study, const StudyTables& tables) {
@@ -244,7 +244,7 @@ std::string study_timing(const StudyTables& tables) {
   for (const StudyGroup& group : tables.groups) {
     std::string name = group.cell_text.empty() ? "" : group.cell_text + ": ";
     name += group.model_text + ", " + group.solver_text;
-    table.row({name, spread_cell(mean(group, "solve_s"), 3), spread_cell(mean(group, "processor_s"), 3)});
+    table.row({name, interval_cell(mean(group, "solve_s"), 3), interval_cell(mean(group, "processor_s"), 3)});
   }
   return table.str();
 }

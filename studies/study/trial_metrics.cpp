@@ -102,11 +102,11 @@ std::vector<TrialMetric> make_trial_metrics() {
   return all;
 }
 
-void set_spread(TrialResult& result, const std::string& name, const std::string& unit,
-                const std::optional<MeanStd>& spread) {
-  if (!spread) return;
-  result.set(fmt::format("{}_{}", name, unit), spread->mean);
-  result.set(fmt::format("{}_std_{}", name, unit), spread->std);
+void set_mean_std(TrialResult& result, const std::string& name, const std::string& unit,
+                  const std::optional<MeanStd>& errors) {
+  if (!errors) return;
+  result.set(fmt::format("{}_{}", name, unit), errors->mean);
+  result.set(fmt::format("{}_std_{}", name, unit), errors->std);
 }
 
 }  // namespace
@@ -135,17 +135,17 @@ void TrialResult::set(std::string_view metric, std::optional<double> value) {
 }
 
 void TrialResult::set_mean(std::string_view metric, const Moments& of) {
-  if (const auto spread = of.mean_std()) set(metric, spread->mean);
+  if (const auto errors = of.mean_std()) set(metric, errors->mean);
 }
 
 void add_errors(const std::vector<KeyframeError>& errors, TrialResult& result) {
   for (const Keyframes& keyframes : keyframe_groups()) {
     const ErrorSummary of = summarise(errors, keyframes.type);
     result.set(keyframes.metric + "_keyframes", of.n);
-    set_spread(result, keyframes.metric + "_error", "m", of.position);
-    set_spread(result, keyframes.metric + "_orientation", "deg", of.orientation);
-    if (keyframes.position) set_spread(result, "raw_" + keyframes.metric + "_error", "m", of.raw_position);
-    if (keyframes.pose) set_spread(result, "raw_" + keyframes.metric + "_orientation", "deg", of.raw_orientation);
+    set_mean_std(result, keyframes.metric + "_error", "m", of.position);
+    set_mean_std(result, keyframes.metric + "_orientation", "deg", of.orientation);
+    if (keyframes.position) set_mean_std(result, "raw_" + keyframes.metric + "_error", "m", of.raw_position);
+    if (keyframes.pose) set_mean_std(result, "raw_" + keyframes.metric + "_orientation", "deg", of.raw_orientation);
   }
 }
 

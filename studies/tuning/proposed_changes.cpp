@@ -87,7 +87,7 @@ std::vector<double> non_holonomic_sigmas(const Scenario& scenario) {
 
 /// Residuals of all components of one sensor.
 struct SensorResiduals {
-  double correlation_time = 0, mean = 0, spread = 0, down_weighted = 0;
+  double correlation_time = 0, mean = 0, standard_deviation = 0, down_weighted = 0;
   std::size_t count = 0;
 };
 
@@ -99,7 +99,7 @@ SensorResiduals residuals_of(const CalibratedEntry& entry, const std::vector<Mis
       all.count = std::max(all.count, m.value.size());
       all.correlation_time = std::max(all.correlation_time, m.correlation_time());
       if (m.has_significant_mean()) all.mean = std::max(all.mean, std::abs(m.mean()));
-      all.spread = std::max(all.spread, m.standard_deviation());
+      all.standard_deviation = std::max(all.standard_deviation, m.standard_deviation());
       all.down_weighted =
           std::max(all.down_weighted, double(m.down_weighted) / double(m.down_weighted + m.value.size()));
     }
@@ -192,9 +192,10 @@ class Proposals {
 
   void systematic_errors(const CalibratedEntry& entry, const SensorResiduals& r) {
     const std::string error = "error " + entry.name;
-    const std::string why = r.correlation_time > 0
-                                ? fmt::format("residuals correlate for {:.2g} s", r.correlation_time)
-                                : fmt::format("residuals have a spread of {:.2g} standard deviations", r.spread);
+    const std::string why =
+        r.correlation_time > 0
+            ? fmt::format("residuals correlate for {:.2g} s", r.correlation_time)
+            : fmt::format("residuals have a spread of {:.2g} standard deviations", r.standard_deviation);
     for (const double time : times(r)) add({{error, drifting(entry.sigmas, time)}}, "a drifting bias; " + why, 2);
     if (r.mean > 0) {
       // Dead reckoning integrates a bias. If it were constant, the covariance would be too small after long gaps.
@@ -204,7 +205,7 @@ class Proposals {
           double(entry.sigmas.size()) + double(drifts));
     }
     for (const Constant& c : constants_of(entry)) add({{error + c.name, numbers({c.sigma})}}, c.why, c.parameters);
-    if (r.spread < 1) split(entry, r);
+    if (r.standard_deviation < 1) split(entry, r);
   }
 
   /// Splits the stated noise into a drifting bias and white noise.
@@ -212,13 +213,14 @@ class Proposals {
     for (const double time : times(r))
       add({{"noise " + entry.name, numbers(entry.sigmas, kWhiteShare)},
            {"error " + entry.name, drifting(scaled(entry.sigmas, std::sqrt(1 - kWhiteShare * kWhiteShare)), time)}},
-          fmt::format("part of the noise is a drifting bias; residuals have a spread of {:.2g}", r.spread), 3);
+          fmt::format("part of the noise is a drifting bias; residuals have a spread of {:.2g}", r.standard_deviation),
+          3);
   }
 
   void losses(const CalibratedEntry& entry, const SensorResiduals& r) {
     const std::string why = r.down_weighted > 0
                                 ? fmt::format("heavy tails; {:.1f} % are down-weighted", 100 * r.down_weighted)
-                                : fmt::format("heavy tails; the spread is {:.2g}", r.spread);
+                                : fmt::format("heavy tails; the spread is {:.2g}", r.standard_deviation);
     if (entry.kind == name(SensorType::pose)) {  // turned poses need --robust; a loss alone does not reject them
       if (!options_.robust_initial_guess)
         add({{"loss " + entry.name + ".orientation", "cauchy:2"}}, "turned orientations", 1);

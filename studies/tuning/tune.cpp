@@ -35,10 +35,9 @@ bool is_named(const ModelChange& change, const std::vector<std::string>& names) 
 }
 
 bool has_outliers(const std::vector<Misfit>& residuals) {
-  constexpr double kLargeSpread = 2;
-  return std::any_of(residuals.begin(), residuals.end(), [](const Misfit& m) {
-    return m.down_weighted > 0 || (!m.value.empty() && m.rms() > kLargeSpread);
-  });
+  constexpr double kLargeRms = 2;
+  return std::any_of(residuals.begin(), residuals.end(),
+                     [](const Misfit& m) { return m.down_weighted > 0 || (!m.value.empty() && m.rms() > kLargeRms); });
 }
 
 /// Returns the first sensor with a tenth less measurements in `found` than in `before`, or an empty string.
