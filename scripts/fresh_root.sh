@@ -29,6 +29,7 @@ make_root() {
   if ! mount -t proc proc "$root/proc"; then
     echo "$0: cannot mount here" >&2 && exit 77
   fi
+  mount -t sysfs -o ro sysfs "$root/sys"
   mount --bind /dev "$root/dev"
   bind "$archives" /var/cache/apt/archives
 }

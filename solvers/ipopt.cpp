@@ -39,10 +39,17 @@ std::mutex& application_mutex() {
   return mutex;
 }
 
+/// Returns the Ipopt option that is given and that block-cholesky does not use, or "".
+std::string option_of_other_linear_solver(const IpoptOptions& options) {
+  for (const char* key : {"linear_solver", "linear_system_scaling"})
+    if (options.options.contains(key)) return key;
+  return {};
+}
+
 /// Returns whether Tandem's linear solver is used.
 bool uses_block_cholesky(const IpoptOptions& options) {
   return options.linear_solver != IpoptLinearSolver::mumps && detail::BlockCholeskyInIpopt::available() &&
-         !options.options.contains("linear_solver");
+         option_of_other_linear_solver(options).empty();
 }
 
 /// Throws Error if the library of a linear solver cannot be loaded. Ipopt would end the process.
@@ -163,9 +170,9 @@ std::string why_no_hessian(const Problem& problem, const IpoptOptions& options) 
 
 std::string why_no_linear_solver(const IpoptOptions& options) {
   if (options.linear_solver != IpoptLinearSolver::block_cholesky || uses_block_cholesky(options)) return {};
-  if (options.options.contains("linear_solver"))
-    return "ipopt's linear solver is given twice, as block-cholesky and by the Ipopt option linear_solver: use one of "
-           "them";
+  if (const std::string key = option_of_other_linear_solver(options); !key.empty())
+    return "ipopt's linear solver is given twice, as block-cholesky and by the Ipopt option " + key +
+           ": use one of them";
   return "this version of Ipopt does not support block-cholesky: use mumps";
 }
 

@@ -17,7 +17,8 @@ enum class Hessian {
 
 /// Linear solver of Ipopt.
 enum class IpoptLinearSolver {
-  automatic,       ///< block_cholesky if this version of Ipopt supports it (3.11, 3.12), otherwise mumps
+  /// block_cholesky if this version of Ipopt supports it and `options` name no other solver or scaling, otherwise mumps
+  automatic,
   block_cholesky,  ///< Tandem's block factorisation; concurrent solves are allowed
   /// MUMPS. Solves of one process run one after the other. A solve from the callback of another one never returns.
   mumps,

@@ -26,6 +26,8 @@ blue = '#0072B2'; vermilion = '#D55E00'; orange = '#E69F00'; sky_blue = '#56B4E9
 green = '#009E73'; purple = '#CC79A7'; grey = '#999999'; pale = '#c4c4c4'
 pale_blue = '#9ccbe8'; pale_vermilion = '#f2bd92'
 
+# Whether a cell is empty. Its number is NaN in gnuplot 5; gnuplot 6 omits rows of which an expression takes it.
+empty(name) = strcol(name) eq '' ? 1 : column(name) != column(name)
 max(a, b) = a > b ? a : b
 min(a, b) = a < b ? a : b
 

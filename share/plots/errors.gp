@@ -48,7 +48,7 @@ if (shown eq '') { exit }
 
 # Bounds of unobservable components are infinite, which gnuplot cannot draw. The band has no height
 # for components that are not estimated, such as the yaw of a point: gnuplot would join it across missing rows.
-shown_bound(i) = column(bound[i]) != column(bound[i]) ? 0 : column(bound[i]) > 10 * limit[i] ? 10 * limit[i] : column(bound[i])
+shown_bound(i) = empty(bound[i]) ? 0 : column(bound[i]) > 10 * limit[i] ? 10 * limit[i] : column(bound[i])
 
 call here.'types.gp' errors
 call here.'panels.gp' sprintf('%d', words(shown)) '170' scenario.(truth ? ': error of the relative pose, by component' : ': uncertainty of the relative pose')

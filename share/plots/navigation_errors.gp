@@ -42,7 +42,7 @@ stats file('gps_outages.csv') using (n_outages = n_outages + 1, outages = outage
 
 every_row = time_records / 5000 + 1 # enough for the resolution of the figure
 call here.'panels.gp' sprintf('%d', words(shown)) '150' scenario.(truth ? ': errors by component' : ': uncertainty by component')
-shown_bound(i) = column(bound[i]) < 1e300 ? column(bound[i]) : 0 # no band where nothing is estimated
+shown_bound(i) = empty(bound[i]) || column(bound[i]) >= 1e300 ? 0 : column(bound[i]) # no band where nothing is estimated
 set style fill transparent solid 0.13 noborder
 set format x ''
 eval outages
