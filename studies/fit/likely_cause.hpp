@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <functional>
 #include <optional>
@@ -8,6 +9,7 @@
 #include <vector>
 
 #include <tandem/lie/so3.hpp>
+#include <tandem/problem/parallel_tasks.hpp>
 #include <tandem/problem/stop.hpp>
 #include <tandem/studies/support/json_fields.hpp>
 
@@ -53,25 +55,33 @@ struct RequiredGain {
 };
 
 /// Corrects one mistake at a time in a part of a recording. Returns those whose correction has the required gain, the
-/// best first, at most three. `cost(data)` returns the cost at the solution, or nothing if there is none. If it throws
-/// Stopped, the mistakes found so far are returned.
+/// best first, at most three. `cost(data)` returns the cost at the solution, or nothing if there is none; calls are
+/// concurrent. If it throws Stopped, that mistake is left out.
 template <class Data, class Cost>
 std::vector<LikelyCause> explaining(const std::vector<Mistake<Data>>& mistakes, const Data& part, Cost cost,
                                     RequiredGain gain = {}) {
-  std::vector<LikelyCause> causes;
-  try {
-    const std::optional<double> before = cost(part);
-    if (!before) return causes;
-    for (const Mistake<Data>& mistake : mistakes) {
+  const auto cost_with = [&](const std::function<void(Data&)>& mend) -> std::optional<double> {
+    try {
       Data changed = part;
-      mistake.mend(changed);
-      const std::optional<double> after = cost(changed);
-      if (!after) continue;
-      const double gained = *before - *after - mistake.expected;
-      if (gained > gain.share * *before && gained > gain.absolute)
-        causes.push_back({mistake.sensor, mistake.text, *before, *after + mistake.expected});
+      mend(changed);
+      return cost(changed);
+    } catch (const Stopped&) {  // a time limit or an interrupt
+      return {};
     }
-  } catch (const Stopped&) {  // a time limit or an interrupt
+  };
+  const std::optional<double> before = cost_with([](Data&) {});
+  if (!before) return {};
+  std::vector<std::optional<double>> after(mistakes.size());
+  for (std::size_t first = 0; first < mistakes.size(); first += detail::kMaxTasks)
+    detail::TaskRunner().run(int(std::min<std::size_t>(detail::kMaxTasks, mistakes.size() - first)), [&](int task) {
+      after[first + std::size_t(task)] = cost_with(mistakes[first + std::size_t(task)].mend);
+    });
+  std::vector<LikelyCause> causes;
+  for (std::size_t i = 0; i < mistakes.size(); ++i) {
+    if (!after[i]) continue;
+    const double gained = *before - *after[i] - mistakes[i].expected;
+    if (gained > gain.share * *before && gained > gain.absolute)
+      causes.push_back({mistakes[i].sensor, mistakes[i].text, *before, *after[i] + mistakes[i].expected});
   }
   keep_best(causes);
   return causes;

@@ -7,10 +7,11 @@
 namespace tandem {
 namespace {
 
-constexpr double kFirstPass = 5;    // s; window of the first pass of a trial
-constexpr double kPart = 80;        // s of data in a trial
-constexpr int kIterations = 30;     // of a trial, whose cost needs little accuracy
-constexpr double kMaxSquare = 100;  // of one residual, since a single one is no mistake of this kind
+constexpr double kFirstPass = 5;     // s; window of the first pass of a trial
+constexpr double kPart = 80;         // s of data in a trial
+constexpr int kIterations = 30;      // of a trial
+constexpr double kTolerance = 1e-4;  // of a trial's cost, of which only large differences matter
+constexpr double kMaxSquare = 100;   // of one residual, since a single one is no mistake of this kind
 using OwnMistake = Mistake<NavigationData>;
 
 /// Adds a mistake of the measurements of sensor `i`.
@@ -93,6 +94,7 @@ std::vector<OwnMistake> flexible_mistakes(const NavigationData& data) {
   std::vector<OwnMistake> all;
   for (std::size_t i = 0; i < data.sensors.size(); ++i) {
     const EgoSensor& sensor = data.sensors[i];
+    if (sensor.measurements.empty()) continue;
     const double rows = double(sensor.sigma.size()) * double(sensor.measurements.size());
     all.push_back({sensor.name, kContradicts, [i](NavigationData& d) { d.sensors[i].measurements.clear(); }, rows / 2});
     for (const double delay : kMistakenDelays)
@@ -178,11 +180,13 @@ std::vector<LikelyCause> likely_own_causes(const NavigationData& data, const Nav
   trial.start.reset();
   trial.at.clear();
   trial.solver.max_iterations = std::min(options.solver.max_iterations, kIterations);
+  trial.solver.cost_tolerance = std::max(options.solver.cost_tolerance, kTolerance);
   const auto cost = [&](const NavigationData& part) -> std::optional<double> {
     stop.check("search for likely causes of misfits");
-    stop.limit(trial.solver);
+    NavigationOptions limited = trial;
+    stop.limit(limited.solver);
     try {
-      const double found = navigate(part, trial).summary.cost;
+      const double found = navigate(part, limited).summary.cost;
       stop.check("search for likely causes of misfits");
       return std::isfinite(found) ? std::optional(found) : std::nullopt;
     } catch (const Stopped&) {
@@ -193,7 +197,8 @@ std::vector<LikelyCause> likely_own_causes(const NavigationData& data, const Nav
   };
   const NavigationData part = part_from(worst_part(result), data);
   std::vector<OwnMistake> fixed;
-  for (std::size_t i = 0; i < part.sensors.size(); ++i) add_fixed_mistakes(part.sensors[i], i, frame, fixed);
+  for (std::size_t i = 0; i < part.sensors.size(); ++i)
+    if (!part.sensors[i].measurements.empty()) add_fixed_mistakes(part.sensors[i], i, frame, fixed);
   if (part.imu) add_imu_mistakes(*part.imu, frame, fixed);
   std::vector<LikelyCause> causes = explaining(fixed, part, cost);
   return causes.empty() ? explaining(flexible_mistakes(part), part, cost) : causes;
