@@ -1,7 +1,7 @@
 """Measurement of the tables of docs/benchmarks.md on the recordings of ../shared, for scripts/benchmarks.
 
-Each function measure_NAME runs the commands of one table and returns the lines of its section. The columns called tuned
-have the model that `tandem tune` finds with its default time limit and without truth.
+Each function measure_NAME runs the commands of one table and returns its lines. The columns called tuned have the model
+that `tandem tune` finds with its default time limit and without truth.
 """
 
 import csv
@@ -10,7 +10,7 @@ import shlex
 import statistics
 import time
 
-from benchmark_session import DATA, Failure, fixed, measurements, section
+from benchmark_session import DATA, Failure, fixed, measurements, table
 
 CARS = ["kitti_0000_000", "kitti_0002_005", "kitti_0004_002", "kitti_0006_012", "kitti_0008_008", "kitti_0010_000",
         "kitti_0011_000", "kitti_0018_003", "kitti_0020_012"]
@@ -61,10 +61,8 @@ def measure_cars(session):
             cells += [fixed(errors["position_mean_m"]), fixed(errors["orientation_mean_deg"], 2), fixed(nees, 1)]
         rows.append([*cells, fixed(seconds, 0)])
     columns = ["[m]", "[°]", "NEES"]
-    return section([f"tandem estimate {DATA}/SCENARIO [--robust]", f"tandem tune {DATA}/SCENARIO --out DIR",
-                    f"tandem estimate {DATA}/SCENARIO --config DIR/run.yaml"],
-                   ["", "keyframes", "measured [m]", *columns, *(f"robust {column}" for column in columns),
-                    *(f"tuned {column}" for column in columns), "time of tune [s]"], rows)
+    return table(["", "keyframes", "measured [m]", *columns, *(f"robust {column}" for column in columns),
+                  *(f"tuned {column}" for column in columns), "time of tune [s]"], rows)
 
 
 def measure_ferries(session):
@@ -81,11 +79,8 @@ def measure_ferries(session):
         for summary, nees in runs:
             cells += [fixed(summary["errors"]["all"]["position_mean_m"]), fixed(nees, 1)]
         rows.append([*cells, fixed(seconds, 0)])
-    half = chosen.index("--limits")
-    return section([f"tandem estimate {DATA}/SCENARIO [OPTIONS]", "OPTIONS: " + shlex.join(chosen[:half]) + " \\",
-                    "    " + shlex.join(chosen[half:])],
-                   ["", "keyframes", "lidar [m]", "radar [m]", "[m]", "NEES", "options [m]", "options NEES",
-                    "tuned [m]", "tuned NEES", "time of tune [s]"], rows)
+    return table(["", "keyframes", "lidar [m]", "radar [m]", "[m]", "NEES", "options [m]", "options NEES", "tuned [m]",
+                  "tuned NEES", "time of tune [s]"], rows)
 
 
 def measure_dives(session):
@@ -108,11 +103,7 @@ def measure_dives(session):
         rows.append([name, *cells(recording(name), []), letter, *cells(recording(name), chosen),
                      *cells(recording(name), options), fixed(seconds, 0)])
     columns = ["[m]", "[°]", "drift [%]", "NEES"]
-    return section([f"tandem navigate {DATA}/SCENARIO [OPTIONS]", "a: " + shlex.join(AUV),
-                    "b: a and " + shlex.join(ROV[len(AUV):]), "c: " + shlex.join(MAV),
-                    "tandem simulate dive --grade tactical --seed 1 --out dive    # or mems"],
-                   ["", *columns, "options", *columns, *("tuned " + column for column in columns), "time of tune [s]"],
-                   rows)
+    return table(["", *columns, "options", *columns, *("tuned " + column for column in columns), "time of tune [s]"], rows)
 
 
 TABLES = measurements(globals())

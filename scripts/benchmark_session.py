@@ -87,11 +87,6 @@ def table(header, rows):
     return ["| " + " | ".join(str(cell) for cell in line) + " |" for line in lines]
 
 
-def section(commands, header, rows):
-    """Returns the content of a pair of markers: the commands and the table."""
-    return ["    " + command for command in commands] + [""] + table(header, rows)
-
-
 def matched(pattern, text, program):
     """Returns all matches of a pattern in the output of a program; none is an error."""
     found = re.findall(pattern, text, re.MULTILINE)

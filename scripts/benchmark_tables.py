@@ -1,6 +1,6 @@
 """Measurement of the tables of docs/benchmarks.md that need no recordings of ../shared, for scripts/benchmarks.
 
-Each function measure_NAME runs the commands of one table and returns the lines of its section.
+Each function measure_NAME runs the commands of one table and returns its lines.
 """
 
 import csv
@@ -10,9 +10,9 @@ import shlex
 import statistics
 import subprocess
 
-from benchmark_session import ROOT, Failure, fixed, matched, measurements, scientific, section, significant
+from benchmark_session import ROOT, Failure, fixed, matched, measurements, scientific, significant, table
 
-def measure_accuracy(session):
+def errors_on_docking_a(session):
     best = "white-noise-acceleration+non-holonomic:hard"
     titles = {"constant-twist": "Mode A: constant twist", "mode-b": "Mode B", "constant-velocity": "constant velocity",
               "damped-twist": "damped twist", "white-noise-acceleration": "white-noise acceleration",
@@ -29,11 +29,10 @@ def measure_accuracy(session):
         errors = [results[model]["errors"][kind] for kind in ("position", "pose", "none")]
         rows.append([title] + [fixed(e.get("position_mean_m")) for e in errors]
                     + [fixed(e.get("orientation_mean_deg"), 2) for e in errors])
-    return section(["tandem " + shlex.join(command) for command in commands],
-                   ["", "position [m]", "pose [m]", "none [m]", "position [°]", "pose [°]", "none [°]"], rows)
+    return [["`docking_a`", *row, "–"] for row in rows]
 
 
-def measure_monte_carlo(session):
+def errors_of_simulated_dockings(session):
     out = session.folder("table1")
     session.run("tandem", "study", "run", "table1", "--out", out, "--quiet")
 
@@ -49,16 +48,21 @@ def measure_monte_carlo(session):
             return "–"
         return f"{float(row['mean']):.{decimals}f} ± {(float(row['high']) - float(row['low'])) / 2:.{decimals}f}"
 
+    trials = means["constant-twist", "at_all_error_m"]["n"]
+
     def row(title, model, prefix):
         nees = None if prefix else consistency[model, "nees_relative_position"]
-        return [title] + [mean(model, f"{prefix}at_{kind}_error_m", 3) for kind in ("position", "pose", "none")] + [
-            mean(model, f"{prefix}at_pose_orientation_deg", 2), fixed(float(nees["mean"]) if nees else None, 2)]
+        errors = [mean(model, f"{prefix}at_{kind}_error_m", 3) for kind in ("position", "pose", "none")]
+        return [f"{trials} seeds", title, *errors, "–", mean(model, f"{prefix}at_pose_orientation_deg", 2), "–",
+                fixed(float(nees["mean"]) if nees else None, 2)]
 
-    trials = means["constant-twist", "at_all_error_m"]["n"]
-    rows = [row("measurements alone", "constant-twist", "raw_"), row("Mode A", "constant-twist", ""),
+    return [row("measurements alone", "constant-twist", "raw_"), row("Mode A", "constant-twist", ""),
             row("Mode B", "mode-b", "")]
-    return section(["tandem study run table1 --out study"],
-                   [f"{trials} seeds", "position [m]", "pose [m]", "none [m]", "pose [°]", "NEES"], rows)
+
+
+def measure_accuracy(session):
+    return table(["", "model", "position [m]", "pose [m]", "none [m]", "position [°]", "pose [°]", "none [°]", "NEES"],
+                 errors_on_docking_a(session) + errors_of_simulated_dockings(session))
 
 
 def measure_live_constraints(session):
@@ -70,23 +74,19 @@ def measure_live_constraints(session):
         folder = session.folder(f"docking_{seed}")
         session.run("tandem", "simulate", "docking", "--seed", str(seed), "--minutes", "6", "--quiet", "--out", folder)
         scenarios[f"simulated, {seeds} seeds"].append(folder)
-    rows = []
-    for title, folders in scenarios.items():
-        for mode in ("A", "B"):
-            for role, options in roles.items():
-                found = [session.json("track", folder, "--newest", "window", "--mode", mode, *options, statuses=(0, 2))
-                         for folder in folders]
-                values = zip(*([run["errors"]["all"]["position_mean_m"], run["predictions"][0]["position_mean_m"],
-                                run["predictions"][1]["position_mean_m"], run["errors"]["all"]["position_nees_mean"],
-                                run["update_processor_ms"]["p50"], run["update_processor_ms"]["p99"]]
-                               for run in found))
-                means = [statistics.mean(column) for column in values]
-                rows.append([title, mode, role, *(fixed(mean) for mean in means[:3]),
-                             *(fixed(mean, 2) for mean in means[3:])])
-    return section(["tandem track SCENARIO --newest window --mode MODE", *(
-        "    " + shlex.join(options) for options in roles.values() if options)],
-                   ["", "mode", "constraints", "newest [m]", "5 s ahead [m]", "10 s ahead [m]", "NEES", "p50 [ms]",
-                    "p99 [ms]"], rows)
+
+    def means(folders, mode, options):
+        runs = [session.json("track", folder, "--newest", "window", "--mode", mode, *options, statuses=(0, 2))
+                for folder in folders]
+        values = [[run["errors"]["all"]["position_mean_m"], run["predictions"][0]["position_mean_m"],
+                   run["predictions"][1]["position_mean_m"], run["errors"]["all"]["position_nees_mean"],
+                   run["update_processor_ms"]["p50"], run["update_processor_ms"]["p99"]] for run in runs]
+        return [fixed(statistics.mean(column), 3 if k < 3 else 2) for k, column in enumerate(zip(*values))]
+
+    rows = [[title, role, *means(folders, "A", options), *means(folders, "B", options)]
+            for title, folders in scenarios.items() for role, options in roles.items()]
+    numbers = ["newest [m]", "5 s ahead [m]", "10 s ahead [m]", "NEES", "p50 [ms]", "p99 [ms]"]
+    return table(["", "constraints", *(f"{mode}: {number}" for mode in "AB" for number in numbers)], rows)
 
 
 def measure_online(session):
@@ -104,9 +104,8 @@ def measure_online(session):
         rows.append([title, *(error for error, _ in errors), errors[0][1], p50, p99])
     if len(rows) != 1 + len(names):
         raise Failure("bench_online does not print all of " + "; ".join(names))
-    return section(["bench_online docking_a"],
-                   ["", "position [m]", "pose [m]", "none [m]", "5 s ahead [m]", "10 s ahead [m]", "NEES", "p50 [ms]",
-                    "p99 [ms]"], rows)
+    return table(["", "position [m]", "pose [m]", "none [m]", "5 s ahead [m]", "10 s ahead [m]", "NEES", "p50 [ms]",
+                  "p99 [ms]"], rows)
 
 
 def measure_solvers(session):
@@ -123,9 +122,7 @@ def measure_solvers(session):
                      scientific(solve["violation"]) if hard else "–", solve["iterations"],
                      significant(1e3 * statistics.median(run["seconds"] for run in solves)),
                      fixed(solve["peak_memory_bytes"] * 1e-6, 0)])
-    return section(["tandem " + shlex.join(command)],
-                   ["", "constraints", "status", "cost", "violation [m/s]", "iterations", "time [ms]", "memory [MB]"],
-                   rows)
+    return table(["", "constraints", "status", "cost", "violation [m/s]", "iterations", "time [ms]", "memory [MB]"], rows)
 
 
 def measure_programs(session):
@@ -133,9 +130,8 @@ def measure_programs(session):
     rows = [[name, problems, converged, at_minimum, median, most, scientific(float(stationarity)),
              scientific(float(violation))]
             for name, problems, converged, at_minimum, median, most, stationarity, violation in found]
-    return section(["bench_programs"],
-                   ["", "problems", "converged", "at the known minimum", "iterations, median", "iterations, most",
-                    "stationarity", "violation"], rows)
+    return table(["", "problems", "converged", "at the known minimum", "iterations, median", "iterations, most",
+                  "stationarity", "violation"], rows)
 
 
 def measure_ceres(session):
@@ -159,8 +155,7 @@ def measure_ceres(session):
         name, poses, cost, _, ours_iterations, _, their_iterations = graphs[0]
         row(f"{name}, {int(poses):,} poses", cost, statistics.median(1e3 * float(g[3]) for g in graphs),
             int(ours_iterations), statistics.median(1e3 * float(g[5]) for g in graphs), int(their_iterations))
-    return section(["bench_gauss_newton", "bench_pose_graph"],
-                   ["", "cost", "Tandem [ms]", "iterations", "Ceres [ms]", "iterations", "ratio"], rows)
+    return table(["", "cost", "Tandem [ms]", "iterations", "Ceres [ms]", "iterations", "ratio"], rows)
 
 
 def measure_scaling(session):
@@ -171,20 +166,19 @@ def measure_scaling(session):
         rows.append([f"{keyframes:,}", f"{12 * keyframes:,}", f"{run['iterations']:.0f}",
                      significant(1e-3 * run["real_time"]), fixed(run["us_per_iteration_and_keyframe"], 2),
                      fixed(run["peak_MiB"], 0)])
-    return section(["bench_scaling --benchmark_filter=gauss_newton/1000/"],
-                   ["keyframes", "unknowns", "iterations", "time [s]", "µs per iteration and keyframe",
-                    "peak memory [MiB]"], rows)
+    return table(["keyframes", "unknowns", "iterations", "time [s]", "µs per iteration and keyframe",
+                  "peak memory [MiB]"], rows)
 
 
 def measure_building_blocks(session):
     residuals = {"constant_twist_SE3": "constant twist", "relative_pose": "relative pose",
                  "usbl_position": "USBL position"}
     found = session.google("bench_residuals", "^evaluate/")
-    rows = [[f"residual and Jacobians: {title}", significant(1e-3 * found["evaluate/" + key]["real_time"]), "–"]
-            for key, title in residuals.items()]
+    columns = [[f"residual and Jacobians: {title}", significant(1e-3 * found["evaluate/" + key]["real_time"]), "–"]
+               for key, title in residuals.items()]
     found = session.google("bench_marginals", "^marginals/soft")
-    rows.append(["covariances of `docking_a`, 1,538 keyframes", significant(1e3 * found["marginals/soft"]["real_time"]),
-                 "–"])
+    columns.append(["covariances of `docking_a`, 1,538 keyframes",
+                    significant(1e3 * found["marginals/soft"]["real_time"]), "–"])
     lag = {"processor time": "fixed-lag smoother: update", "marginalising": "marginalisation, part of the update",
            "covariance of newest pair": "fixed-lag smoother: newest covariance"}
     times = {title.strip(): cells for title, *cells in
@@ -193,23 +187,29 @@ def measure_building_blocks(session):
     if not lag.keys() <= times.keys():
         raise Failure("bench_fixed_lag does not print all of: " + "; ".join(lag))
     for key, title in lag.items():
-        rows.append([title, *(significant(1e3 * float(value)) for value in times[key])])
-    return section(["bench_residuals", "bench_marginals", "bench_fixed_lag"], ["", "p50 [µs]", "p99 [µs]"], rows)
+        columns.append([title, *(significant(1e3 * float(value)) for value in times[key])])
+    header, *rows = zip(["", "p50 [µs]", "p99 [µs]"], *columns)
+    return table(header, rows)
 
 
 def measure_planning(session):
-    pattern = (r"^(.+?)  +(\S.*?) +(\d+) steps: cold +([\d.]+) ms; warm median +([\d.]+), 99 % +([\d.]+), "
+    pattern = (r"^(.+?)  +(\S.*?) +\d+ steps: cold +([\d.]+) ms; warm median +([\d.]+), 99 % +([\d.]+), "
                r"worst +([\d.]+) ms; +(\d+) iterations; \d+ of (\d+) by damped-sqp, (\d+) accepted, violation \S+$")
-    rows = []
-    for steps in (20, 50):
-        text = session.run("bench_planning", str(steps), "100", "all")
-        for vehicle, solver, n, cold, median, p99, _, iterations, replans, accepted in matched(
+    rows, vehicles = [], []
+    for steps in ("20", "50"):
+        text = session.run("bench_planning", steps, "100", "all")
+        plans = {}
+        for vehicle, solver, cold, median, p99, _, iterations, replans, accepted in matched(
             pattern, text, "bench_planning"):
             if solver == "damped-sqp first":  # the default of the planner
                 times = [significant(float(value)) for value in (cold, median, p99)]
-                rows.append([vehicle, n, *times, iterations, f"{accepted} of {replans}"])
-    return section(["bench_planning 20 100 all", "bench_planning 50 100 all"],
-                   ["", "steps", "first plan [ms]", "p50 [ms]", "p99 [ms]", "iterations", "accepted"], rows)
+                plans[vehicle] = [*times, iterations, f"{accepted} of {replans}"]
+        vehicles = vehicles or list(plans)
+        if list(plans) != vehicles:
+            raise Failure(f"bench_planning {steps} does not print the vehicles {', '.join(vehicles)}")
+        rows.append([steps, *(cell for plan in plans.values() for cell in plan)])
+    numbers = ["first plan [ms]", "p50 [ms]", "p99 [ms]", "iterations", "accepted"]
+    return table(["steps", *(f"{vehicle}: {number}" for vehicle in vehicles for number in numbers)], rows)
 
 
 def measure_rendezvous(session):
@@ -222,9 +222,7 @@ def measure_rendezvous(session):
                      fixed(result.get("seconds_median"), 0), fixed(result.get("least_miss_median_m"), 2),
                      result["keep_out_violations"], fixed(result.get("solve_median_ms"), 1),
                      fixed(result.get("solve_99_ms"), 1)])
-    return section(["tandem " + shlex.join(command)],
-                   ["", "docked (95 %)", "time [s]", "miss [m]", "keep-out violations", "replan p50 [ms]", "p99 [ms]"],
-                   rows)
+    return table(["", "docked (95 %)", "time [s]", "miss [m]", "keep-out violations", "replan p50 [ms]", "p99 [ms]"], rows)
 
 
 def scripted(session, *command, statuses=(0,)):
@@ -233,23 +231,18 @@ def scripted(session, *command, statuses=(0,)):
     environment = {**os.environ, "PYTHONPATH": os.path.join(session.build, "python")}
     done = subprocess.run([os.path.join(ROOT, command[0]), *command[1:]], cwd=ROOT, env=environment,
                           stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
-    table = [line for line in done.stdout.splitlines() if line.startswith("|")]
-    if done.returncode not in statuses or len(table) < 3:
+    lines = [line for line in done.stdout.splitlines() if line.startswith("|")]
+    if done.returncode not in statuses or len(lines) < 3:
         raise Failure(f"{shlex.join(command)}: exit status {done.returncode}: {done.stderr.strip()[-500:]}")
-    return table
-
-
-def script_section(session, script):
-    """Returns the content of a pair of markers: a script without arguments, and the table that it prints."""
-    return ["    " + script, "", *scripted(session, script)]
+    return lines
 
 
 def measure_gtsam(session):
-    return script_section(session, "scripts/gtsam_benchmark")
+    return scripted(session, "scripts/gtsam_benchmark")
 
 
 def measure_python(session):
-    return script_section(session, "scripts/python_benchmarks")
+    return scripted(session, "scripts/python_benchmarks")
 
 
 def measure_faults(session):
@@ -259,10 +252,11 @@ def measure_faults(session):
     found = {}  # results of each fault by recording and sensor, then by command
     for recording, sensor, tried, *results in rows:
         found.setdefault((recording, sensor), {})[tried] = results
-    joined = [[recording, sensor, *(" ".join(results) for results in zip(*(
+    columns = [[f"{recording}: {sensor}", *(" ".join(results) for results in zip(*(
         by_command.get(tried, ["-"] * len(header[3:])) for tried in ("navigate", "estimate", "track"))))]
-              for (recording, sensor), by_command in found.items()]
-    return section([shlex.join(command)], [*header[:2], *header[3:]], joined)
+               for (recording, sensor), by_command in found.items()]
+    faults, *rows = zip(["", *header[3:]], *columns)
+    return table(faults, rows)
 
 
 TABLES = measurements(globals())

@@ -31,6 +31,7 @@ make_root() {
   fi
   mount -t sysfs -o ro sysfs "$root/sys"
   mount --bind /dev "$root/dev"
+  mount --bind /dev/pts "$root/dev/pts"
   bind "$archives" /var/cache/apt/archives
 }
 

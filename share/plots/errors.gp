@@ -15,6 +15,7 @@ set datafile columnheaders
 array label[4] = ['x [m]', 'y [m]', 'z [m]', 'yaw [°]']
 array error[4] = ['error_x_m', 'error_y_m', 'error_z_m', 'error_rz_deg']
 array bound[4] = ['three_sigma_x_m', 'three_sigma_y_m', 'three_sigma_z_m', 'three_sigma_rz_deg']
+array bounded[4]
 array limit[4]
 array cut[4]
 array linear[4]
@@ -26,7 +27,8 @@ do for [i = 1:4] {
   stats errors using (abs(column(bound[i]))) name 'b' nooutput
   e_most = exists('e_max') ? e_max : 0; b_most = exists('b_max') ? b_max : 0
   if (exists('e_max')) { truth = 1 }
-  if (exists('b_max')) { bands = 1 }
+  bounded[i] = exists('b_max')
+  if (bounded[i]) { bands = 1 }
   most = max(e_most, b_most)
   if (most > 1e-12) {
     shown = shown.sprintf('%d ', i)
@@ -48,7 +50,7 @@ if (shown eq '') { exit }
 
 # Bounds of unobservable components are infinite, which gnuplot cannot draw. The band has no height
 # for components that are not estimated, such as the yaw of a point: gnuplot would join it across missing rows.
-shown_bound(i) = empty(bound[i]) ? 0 : column(bound[i]) > 10 * limit[i] ? 10 * limit[i] : column(bound[i])
+shown_bound(i) = !bounded[i] || empty(bound[i]) ? 0 : column(bound[i]) > 10 * limit[i] ? 10 * limit[i] : column(bound[i])
 
 call here.'types.gp' errors
 call here.'panels.gp' sprintf('%d', words(shown)) '170' scenario.(truth ? ': error of the relative pose, by component' : ': uncertainty of the relative pose')

@@ -14,6 +14,7 @@ set datafile columnheaders
 array label[6] = ['x [m]', 'y [m]', 'z [m]', 'roll [°]', 'pitch [°]', 'yaw [°]']
 array error[6] = ['error_x_m', 'error_y_m', 'error_z_m', 'error_rx_deg', 'error_ry_deg', 'error_rz_deg']
 array bound[6] = ['three_sigma_x_m', 'three_sigma_y_m', 'three_sigma_z_m', 'three_sigma_rx_deg', 'three_sigma_ry_deg', 'three_sigma_rz_deg']
+array bounded[6]
 array limit[6]
 array cut[6]
 shown = ''; truth = 0; bands = 0
@@ -22,12 +23,13 @@ do for [i = 1:6] {
   if (exists('b_records')) { undefine b_* }
   stats errors using (abs(column(error[i]))) name 'e' nooutput
   stats errors using (abs(column(bound[i]))) name 'b' nooutput
-  if (exists('e_max') || exists('b_max')) {
+  bounded[i] = exists('b_max')
+  if (exists('e_max') || bounded[i]) {
     shown = shown.sprintf('%d ', i)
     if (exists('e_max')) { truth = 1 }
-    if (exists('b_max')) { bands = 1 }
+    if (bounded[i]) { bands = 1 }
     e_most = exists('e_max') ? e_max : 0
-    most = max(e_most, exists('b_max') ? b_max : 0)
+    most = max(e_most, bounded[i] ? b_max : 0)
     # The range covers all errors and 90 % of the bounds. The widest bounds occur before the heading is observable.
     call here.'quantile.gp' errors bound[i] '0.9'
     most_shown = max(1e-9, max(1.1 * e_most, 1.3 * quantile))
@@ -42,7 +44,7 @@ stats file('gps_outages.csv') using (n_outages = n_outages + 1, outages = outage
 
 every_row = time_records / 5000 + 1 # enough for the resolution of the figure
 call here.'panels.gp' sprintf('%d', words(shown)) '150' scenario.(truth ? ': errors by component' : ': uncertainty by component')
-shown_bound(i) = empty(bound[i]) || column(bound[i]) >= 1e300 ? 0 : column(bound[i]) # no band where nothing is estimated
+shown_bound(i) = !bounded[i] || empty(bound[i]) || column(bound[i]) >= 1e300 ? 0 : column(bound[i]) # no band where nothing is estimated
 set style fill transparent solid 0.13 noborder
 set format x ''
 eval outages

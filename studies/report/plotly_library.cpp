@@ -10,7 +10,8 @@ namespace tandem {
 std::string plotly_library() {
   for (const std::filesystem::path& file :
        {share_folder() / "report" / "plotly.min.js",
-        std::filesystem::path("/usr/lib/python3/dist-packages/plotly/package_data/plotly.min.js")}) {
+        std::filesystem::path("/usr/lib/python3/dist-packages/plotly/package_data/plotly.min.js"),  // Debian 12
+        std::filesystem::path("/usr/share/python3-plotly/plotly.js")}) {                            // Debian 13
     std::error_code error;
     if (std::filesystem::exists(file, error)) return read_text(file);
   }

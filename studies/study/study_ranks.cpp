@@ -152,13 +152,16 @@ bool equal_on_all_ranks(std::uint64_t hash) {
 struct StudyRanks::Impl {
   int rank = 0, size = 1;
   int lost = 0;
+  bool finalises = true;  ///< false with an Ipopt that initialises MPI when it is loaded, such as that of Debian 13
 };
 
 std::unique_ptr<StudyRanks> StudyRanks::launched() {
   if (launched_ranks() < 2) return nullptr;
-  int provided = 0;
-  MPI_Init_thread(nullptr, nullptr, MPI_THREAD_FUNNELED, &provided);
+  int initialised = 0, provided = 0;
+  MPI_Initialized(&initialised);
+  if (!initialised) MPI_Init_thread(nullptr, nullptr, MPI_THREAD_FUNNELED, &provided);
   auto impl = std::make_unique<Impl>();
+  impl->finalises = !initialised;
   MPI_Comm_rank(MPI_COMM_WORLD, &impl->rank);
   MPI_Comm_size(MPI_COMM_WORLD, &impl->size);
   return std::unique_ptr<StudyRanks>(new StudyRanks(std::move(impl)));
@@ -168,7 +171,7 @@ StudyRanks::StudyRanks(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
 
 StudyRanks::~StudyRanks() {
   if (impl_->lost > 0) abandon(0);  // MPI_Finalize would wait for lost ranks for ever
-  MPI_Finalize();
+  if (impl_->finalises) MPI_Finalize();
 }
 
 bool StudyRanks::is_leader() const { return impl_->rank == 0; }

@@ -39,7 +39,7 @@ void expect_figures(const std::string& page, std::initializer_list<const char*> 
     EXPECT_TRUE(nlohmann::json::accept(page.substr(begin, page.find("</script>", begin) - begin)));
   }
   EXPECT_GE(figures, titles.size());
-  EXPECT_LT(page.size(), 8'000'000u);
+  EXPECT_LT(page.size() - plotly_library().size(), 4'000'000u);
 }
 
 /// Opens the page in a browser. Expects no error on its console, and all figures drawn.
