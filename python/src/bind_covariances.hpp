@@ -31,7 +31,7 @@ void bind_covariances(Class& c, Joint joint) {
           const Eigen::MatrixXd S = joint(self, {handle}, {dof});
           to = std::copy(S.data(), S.data() + S.size(), to);
         }
-        return std::move(result);
+        return result;
       },
       py::arg("x"),
       "covariance(x)\n\nReturn the covariance, shape (dof, dof), or (n, dof, dof) of an array or a list.");

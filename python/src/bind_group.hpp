@@ -280,7 +280,7 @@ py::class_<Elements<G>> bind_group(py::module_& m, const std::string& name, cons
         const std::size_t count = common_size(x.size(), x.single, y.size(), y.single, what);
         const bool single = x.single && y.single;
         Numbers d = map_vectors<n>(count, single, [&](std::size_t i) -> Tangent { return minus(y[i], x[i]); });
-        if (!jacobians) return std::move(d);
+        if (!jacobians) return d;
         const double* from = d.data();
         const auto at = [&](std::size_t i) { return Eigen::Map<const Tangent>(from + i * std::size_t(n)); };
         return py::make_tuple(

@@ -262,7 +262,7 @@ void bind_blocks(py::module_& m, py::class_<PyProblem, std::shared_ptr<PyProblem
           const Eigen::VectorXd y = problem.multipliers(block);
           to = std::copy(y.begin(), y.end(), to);
         }
-        return std::move(result);
+        return result;
       },
       py::arg("blocks"),
       "multipliers(blocks)\n\nReturn the Lagrange multipliers of the rows: the decrease of the minimal cost per unit "

@@ -59,7 +59,7 @@ py::object evaluate(const FamilyResidual& residual, const py::args& states, bool
         for (std::size_t column = 0; column < dofs; ++column) *out++ = to[s][column * dim + row];
     }
   }
-  if (!jacobians) return std::move(rows);
+  if (!jacobians) return rows;
   py::list list;
   for (const Numbers& by : J) list.append(by);
   return py::make_tuple(rows, list);

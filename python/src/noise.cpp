@@ -124,7 +124,7 @@ py::object to_python(const RowBounds& side) {
   if (side.single) return py::cast(side.numbers);
   Numbers array = new_array(side.count(), false, {py::ssize_t(side.each)});
   std::copy(side.numbers.begin(), side.numbers.end(), array.mutable_data());
-  return std::move(array);
+  return array;
 }
 
 std::string text_of(const RowBounds& side) {

@@ -22,7 +22,7 @@ py::object argument(const Group& group, const void* const* elements, std::size_t
   Numbers x = new_array(count, single, {group.dof});
   for (std::size_t i = 0; i < count; ++i)
     std::memcpy(x.mutable_data() + i * std::size_t(group.dof), elements[i], std::size_t(group.dof) * sizeof(double));
-  return std::move(x);
+  return x;
 }
 
 /// Returns the argument with tangent entry k increased by `step`, which is complex for a complex step.

@@ -24,12 +24,12 @@ py::object converted(const YAML::Node& node) {
   if (node.IsSequence()) {
     py::list list;
     for (const YAML::Node& item : node) list.append(converted(item));
-    return std::move(list);
+    return list;
   }
   if (node.IsMap()) {
     py::dict dict;
     for (const auto& entry : node) dict[py::str(entry.first.Scalar())] = converted(entry.second);
-    return std::move(dict);
+    return dict;
   }
   return py::none();
 }

@@ -86,7 +86,7 @@ py::object rows_of(const RowBounds& side, int dim) {
     const std::vector<double> rows = PyBounds::rows(side, i, dim);
     to = std::copy(rows.begin(), rows.end(), to);
   }
-  return std::move(array);
+  return array;
 }
 
 }  // namespace

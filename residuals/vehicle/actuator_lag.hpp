@@ -20,7 +20,7 @@ struct ActuatorLag {
   using Actuators = Rn<N>;
   using States = std::tuple<Actuators, Actuators, Actuators>;
 
-  Vector<N> decay;  ///< f
+  Vector<N> decay = Vector<N>::Zero();  ///< f
 
   ActuatorLag() = default;
   /// `lag` and `dt` are in s. Actuators with a lag of 0 follow at once.

@@ -26,6 +26,7 @@ Summary solve_approximately(Problem& problem, const Stop& stop, int max_iteratio
   auto options = limited_options<GaussNewtonOptions>(stop, max_iterations);
   options.cost_tolerance = 1e-6;
   options.gradient_tolerance = 1e-5;
+  options.observability = false;
   return solve(problem, options);
 }
 

@@ -111,8 +111,8 @@ class MotionHypotheses {
   /// The state is, for drift: position, velocity in x and y, unused; for course: position, heading, speed, yaw rate.
   /// Then, for both: the slope of the plane along x and along y.
   struct Filter {
-    Vector<kDim> x;
-    Matrix<kDim, kDim> P;
+    Vector<kDim> x = Vector<kDim>::Zero();
+    Matrix<kDim, kDim> P = Matrix<kDim, kDim>::Zero();
     double log_weight = 0;  // relative to the other hypothesis
   };
   /// The two hypotheses for one noise scale.
