@@ -5,6 +5,7 @@
 #include <numeric>
 #include <optional>
 #include <set>
+#include <span>
 
 #include <Eigen/Cholesky>
 
@@ -48,7 +49,7 @@ struct Fold {
   Kind kind;
   FoldKey key;
   std::vector<std::size_t> held_out{};
-  std::vector<bool> scored{};  // empty: all
+  std::vector<double> weight{};  // 0: held out but not scored; empty: all 1
 };
 
 std::int64_t time_block(const ScoredMeasurement& m, const ScoreOptions& options, double share = 1) {
@@ -71,7 +72,8 @@ void add_folds(const std::vector<ScoredMeasurement>& all, const ScoreOptions& op
 }
 
 /// Adds folds for predictions ahead. Each fold has an origin in time and holds out all later measurements. The origins
-/// divide the time span of each recording into equal parts.
+/// divide the time span of each recording into equal parts. A measurement that several origins predict has a smaller
+/// weight.
 void add_predictions_ahead(const std::vector<ScoredMeasurement>& all, const ScoreOptions& options,
                            std::vector<Fold>& folds) {
   std::map<int, std::pair<double, double>> spans;  // by problem
@@ -80,6 +82,8 @@ void add_predictions_ahead(const std::vector<ScoredMeasurement>& all, const Scor
     from = std::min(from, m.t);
     to = std::max(to, m.t);
   }
+  const std::size_t first = folds.size();
+  std::vector<double> predictions(all.size());  // number of origins that predict each measurement
   for (std::size_t k = 1; k <= kOrigins; ++k) {
     Fold fold{ahead, {ahead, 0, static_cast<int>(k)}};
     for (std::size_t i = 0; i < all.size(); ++i) {
@@ -87,10 +91,14 @@ void add_predictions_ahead(const std::vector<ScoredMeasurement>& all, const Scor
       const double origin = from + (to - from) * double(k) / double(kOrigins + 1);
       if (!(all[i].t > origin)) continue;
       fold.held_out.push_back(i);
-      fold.scored.push_back(all[i].t <= origin + options.ahead);
+      fold.weight.push_back(all[i].t <= origin + options.ahead ? 1 : 0);
+      predictions[i] += fold.weight.back();
     }
     if (!fold.held_out.empty()) folds.push_back(std::move(fold));
   }
+  for (Fold& fold : std::span(folds).subspan(first))
+    for (std::size_t k = 0; k < fold.weight.size(); ++k)
+      if (fold.weight[k] > 0) fold.weight[k] /= predictions[fold.held_out[k]];
 }
 
 std::vector<Fold> folds_of(const std::vector<ScoredMeasurement>& all, const ScoreOptions& options) {
@@ -227,7 +235,8 @@ class FoldPredictor {
     std::vector<std::optional<Marginals>> marginals(problems_.size());
     for (std::size_t k = 0; k < fold.held_out.size(); ++k) {
       const ScoredMeasurement& m = measurements_[fold.held_out[k]];
-      if (m.parts.empty() || (!fold.scored.empty() && !fold.scored[k])) continue;
+      const double weight = fold.weight.empty() ? 1 : fold.weight[k];
+      if (m.parts.empty() || weight == 0) continue;
       Problem& problem = *problems_[std::size_t(m.problem)];
       auto& marginal = marginals[std::size_t(m.problem)];
       if (!marginal) {
@@ -239,7 +248,8 @@ class FoldPredictor {
       const Eigen::MatrixXd own = noise[k].covariance_matrix();
       for (std::size_t i = 0; i < m.parts.size(); ++i) {
         ScoredPart& part = parts.emplace_back(scored_part(at.residual, own, predicted, m.parts[i]));
-        part.key = {fold.kind,        m.problem,
+        part.log_density *= weight;
+        part.key = {fold.key,         m.problem,
                     m.sensor,         std::int64_t(std::llround(1e6 * m.t)),
                     m.parts[i].first, number_[fold.held_out[k]]};
         part.time_block = time_block(m, options_);

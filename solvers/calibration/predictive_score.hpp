@@ -52,8 +52,8 @@ struct ScoreOptions {
 
 /// Predictive density of some rows of a held-out measurement.
 struct ScoredPart {
-  /// Identifies a prediction: kind of the prediction, problem, sensor, time [µs], part, and number among equal ones.
-  using Key = std::tuple<int, int, int, std::int64_t, int, int>;
+  /// Identifies a prediction: fold, problem, sensor, time [µs], part, and number among equal ones.
+  using Key = std::tuple<FoldKey, int, int, std::int64_t, int, int>;
   Key key;
   std::int64_t time_block = 0;
   double log_density = 0;       ///< natural logarithm; weighted, so that each measurement counts once in total

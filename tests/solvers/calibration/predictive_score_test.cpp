@@ -4,6 +4,7 @@
 #include <cmath>
 #include <memory>
 #include <random>
+#include <set>
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -99,6 +100,29 @@ TEST(PredictiveScore, PredictsAheadFromEarlierMeasurementsOnly) {
   const PredictiveScore score = predictive_score(one, measurements_of(walk), options);
   ASSERT_TRUE(score.valid()) << score.why;
   EXPECT_EQ(score.parts.size(), 2 * 100u + 6 * 3) << "three measurements after each of six origins";
+}
+
+/// Six origins that are 14 s apart predict some measurements twice.
+TEST(PredictiveScore, OverlappingPredictionsCountOnceAndGainNothingOverThemselves) {
+  Walk walk(5, 100);
+  walk.build();
+  Problem* const one[] = {&walk.problem};
+  ScoreOptions options = blocks_of(5);
+  options.ahead = 20;
+  const PredictiveScore all = predictive_score(one, measurements_of(walk), options);
+  ASSERT_TRUE(all.valid()) << all.why;
+  std::set<ScoredPart::Key> keys;
+  for (const ScoredPart& part : all.parts) keys.insert(part.key);
+  EXPECT_EQ(keys.size(), all.parts.size());
+  options.start = &all.solutions;
+  for (const int every : {1, 3}) {
+    options.every = every;
+    const PredictiveScore again = completed(predictive_score(one, measurements_of(walk), options), all);
+    for (std::size_t i = 0; i < all.parts.size(); ++i)
+      EXPECT_NEAR(again.parts[i].log_density, all.parts[i].log_density, 1e-6);
+  }
+  // Each log density is near −1.5, averaged over three kinds of predictions.
+  EXPECT_NEAR(all.total(), predictive_score(one, measurements_of(walk), blocks_of(5)).total(), 0.2 * -all.total());
 }
 
 TEST(PredictiveScore, DoesNotDependOnTheStart) {
