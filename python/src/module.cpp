@@ -1,5 +1,6 @@
 #include "bind_bundle.hpp"
 #include "callable.hpp"
+#include "exit_of_forks.hpp"
 #include "interrupt.hpp"
 #include "noise.hpp"
 #include "problem_object.hpp"
@@ -28,6 +29,7 @@ void refuse_uninitialised_objects(const pybind11::module_& m) {
 PYBIND11_MODULE(_core, m) {
   using namespace tandem::python;
   m.doc() = "Compiled part of tandem: groups, residuals, problems and solvers.";
+  end_forks_without_destructors();
   bind_errors(m);
   bind_interrupt(m);
   bind_rotations(m);

@@ -69,7 +69,7 @@ class SimulatedWindow {
     if (k_ % 10 == 0 || k_ < 3) {
       problem.minimize(RelativePose<SE3>{seen * noisy(optical_)}, sigmas(optical_), {c_[n], t_[n]});
     } else if (k_ % 3 == 0) {
-      const Vector<3> e(normal_(random_), normal_(random_), normal_(random_));
+      const Vector<3> e{normal_(random_), normal_(random_), normal_(random_)};
       problem.minimize(UsblPosition<SE3>{seen.translation() + e}, Gaussian{1.0, 1.0, 1.0}, {c_[n], t_[n]}, Cauchy(3.0));
     }
     if (k_ % 20 == 0) problem.minimize(Prior<SE3>{chaser_ * noisy(fix_)}, sigmas(fix_), {c_[n]});

@@ -31,7 +31,7 @@ RendezvousWorld<N>::RendezvousWorld(const VehicleModel<N>& model, const Rendezvo
   const Vector<3> position = target_.act(behind), ahead = target_.translation() - position;
   chaser_.pose = SE3(SO3::Exp({0.0, 0.0, std::atan2(ahead.y(), ahead.x()) + 0.3 * draw()}), position);
   chaser_.twist[0] = options.target_speed;
-  current_ = options.current * Vector<3>(draw(), draw(), 0.0);
+  current_ = options.current * Vector<3>{draw(), draw(), 0.0};
   readings_.odometry = last_pose_ = chaser_.pose;
   read_sensors();
 }

@@ -375,10 +375,10 @@ def test_newer_numpy_is_refused_in_one_sentence(tmp_path):
 def test_forks_keep_the_files_of_a_result():
     script = ("import os, sys, tandem\n"
               "result = tandem.estimate('docking_a', max_keyframes=50)\n"
-              "if os.fork() == 0: sys.exit(0)\n"
-              "os.wait()\n"
+              "if os.fork() == 0: sys.exit(3)\n"
+              "assert os.waitstatus_to_exitcode(os.wait()[1]) == 3\n"
               "assert len(result.target.t) == 50\n")
-    subprocess.run([sys.executable, "-c", script], check=True)
+    subprocess.run([sys.executable, "-c", script], check=True, timeout=60)
 
 
 def test_studies_can_be_listed():

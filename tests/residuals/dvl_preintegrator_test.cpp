@@ -68,7 +68,7 @@ TEST(StatisticalDvlPreintegrator, SampleCovarianceMatchesPrediction) {
   std::mt19937_64 random(7);
   std::normal_distribution<double> normal;
   const auto draw = [&](const Vector<3>& s) {
-    return Vector<3>(s.x() * normal(random), s.y() * normal(random), s.z() * normal(random));
+    return Vector<3>{s.x() * normal(random), s.y() * normal(random), s.z() * normal(random)};
   };
   const double gyroscope = 0.02;  // its effect is comparable to that of the readings' errors
   const auto summed = [&](bool errors) {

@@ -28,7 +28,7 @@ struct Measured {
     for (int i = 0; i < 1000; ++i) {
       const auto x = problem.add(R3());
       for (int part = 0; part < 2; ++part) {
-        Vector<3> z(normal(random), normal(random), normal(random));
+        Vector<3> z{normal(random), normal(random), normal(random)};
         z *= factor * sigma;
         if (period > 0 && part == 0 && i % period == 0) z.x() += 50;
         const Block block = problem.minimize(Prior<R3>{R3(z)}, Gaussian({sigma, sigma, sigma}), {x}, loss);
@@ -84,9 +84,9 @@ TEST(FitReport, NamesNoiseThatIsFarTooLarge) {
   std::optional<Variable<R3>> last;
   Vector<3> truth = Vector<3>::Zero();
   for (int i = 0; i < 300; ++i) {
-    truth += 0.05 * Vector<3>(normal(random), normal(random), normal(random));
+    truth += 0.05 * Vector<3>{normal(random), normal(random), normal(random)};
     const auto x = problem.add(R3());
-    const Vector<3> noise(normal(random), normal(random), normal(random));
+    const Vector<3> noise{normal(random), normal(random), normal(random)};
     blocks.push_back(
         {0, double(i), problem.minimize(Prior<R3>{R3(truth + 0.01 * noise)}, Gaussian({0.01, 0.01, 0.01}), {x})});
     if (last)
@@ -147,7 +147,7 @@ TEST(LossExpectation, AgreesWithSampling) {
     double sum = 0, down = 0;
     constexpr int kSamples = 200000;
     for (int i = 0; i < kSamples; ++i) {
-      const double s = Vector<3>(normal(random), normal(random), normal(random)).squaredNorm();
+      const double s = Vector<3>{normal(random), normal(random), normal(random)}.squaredNorm();
       sum += 0.5 * loss(s).rho / kSamples;
       down += (loss(s).d1 < kDownweightThreshold) / double(kSamples);
     }

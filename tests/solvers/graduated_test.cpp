@@ -62,7 +62,7 @@ Averaging<R3> points(const Loss& loss) {
   std::mt19937_64 random(5);
   std::uniform_real_distribution<double> anywhere(-20.0, 20.0);
   std::normal_distribution<double> noise(0.0, kSigma);
-  const auto draw = [&](auto& of) { return Vector<3>(of(random), of(random), of(random)); };
+  const auto draw = [&](auto& of) { return Vector<3>{of(random), of(random), of(random)}; };
   const R3 wrong({-9.0, 4.0, -2.0});
   Averaging<R3> a;
   a.x = a.problem.add(wrong, "x");

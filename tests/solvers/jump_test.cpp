@@ -60,7 +60,7 @@ struct TurningDetections {
       if (uniform(random) < 0.4) turned = !turned;
       if (uniform(random) < 0.6) continue;  // no detection
       const SE3 z(SO3::Exp({0, 0, yaw + (turned ? std::numbers::pi : 0.0) + 0.04 * normal(random)}),
-                  Vector<3>(9 * t, 4 * std::sin(0.2 * t), 0) + 0.1 * Vector<3>(normal(random), normal(random), 0));
+                  Vector<3>(9 * t, 4 * std::sin(0.2 * t), 0) + 0.1 * Vector<3>{normal(random), normal(random), 0});
       const std::size_t k = x.size();
       times.push_back(t);
       x.push_back(problem.add(z, "target " + std::to_string(k)));

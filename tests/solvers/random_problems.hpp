@@ -67,7 +67,7 @@ inline RandomProblem random_problem(std::uint64_t seed) {
     return std::uniform_real_distribution<double>(low, high)(generator);
   };
   const auto vector = [&](double size) {
-    return Vector<3>(size * normal(generator), size * normal(generator), size * normal(generator));
+    return Vector<3>{size * normal(generator), size * normal(generator), size * normal(generator)};
   };
   const auto wave = [&] { return Wave{vector(1.0), vector(1.0), vector(0.5), vector(0.5), uniform(0.0, 1.0)}; };
 

@@ -372,7 +372,7 @@ TEST(NavigationChecks, FindsVibrationFarAboveGivenNoise) {
   std::mt19937_64 random(3);
   std::normal_distribution<double> normal;
   const auto noise = [&](double density) -> Vector<3> {
-    return Vector<3>(normal(random), normal(random), normal(random)) * (density * 10);
+    return Vector<3>{normal(random), normal(random), normal(random)} * (density * 10);
   };
   const auto record = [&](double accelerometer, double gyroscope) {
     imu.samples.clear();

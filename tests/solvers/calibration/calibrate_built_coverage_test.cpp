@@ -68,8 +68,8 @@ struct HeavyTails {
     Vector<2> x = Vector<2>::Zero();
     for (int k = 0; k < n; ++k) {
       const double stretch = std::sqrt(dof / chi(random));
-      z.push_back(x + seen * stretch * Vector<2>(normal(random), normal(random)));
-      x += walk * Vector<2>(normal(random), normal(random));
+      z.push_back(x + seen * stretch * Vector<2>{normal(random), normal(random)});
+      x += walk * Vector<2>{normal(random), normal(random)};
     }
   }
   BuiltProblems build(double given_dof) const {

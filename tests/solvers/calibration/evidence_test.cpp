@@ -159,7 +159,7 @@ TEST(Evidence, HasTheRightGradientForFullCovariancesAndEqualities) {
   std::vector<Variable<R2>> x;
   for (int i = 0; i < 12; ++i) {
     x.push_back(problem.add(R2(Vector<2>(0, 0))));
-    const Block fix = problem.minimize(Prior<R2>{R2(Vector<2>(2 * normal(random), normal(random)))},
+    const Block fix = problem.minimize(Prior<R2>{R2(Vector<2>{2 * normal(random), normal(random)})},
                                        Gaussian::covariance(S), {x.back()});
     first.rows.push_back({fix, 0, 1});
     second.rows.push_back({fix, 1, 1});

@@ -69,7 +69,7 @@ struct ConstrainedStream {
   void arrive(Problem& problem, int k, Add add, std::map<int, Variable<R3>>& x) const {
     std::mt19937_64 random(std::uint64_t(k) + 1000 * seed);
     std::normal_distribution<double> normal;
-    const auto some = [&] { return Vector<3>(normal(random), normal(random), normal(random)); };
+    const auto some = [&] { return Vector<3>{normal(random), normal(random), normal(random)}; };
     x[k] = add(double(k), R3(some()));
     const Vector<3> course(4 * std::sin(0.25 * k), std::cos(0.1 * k), std::sin(0.15 * k));
     if (k % 2 == 0) problem.minimize(Prior<R3>{R3(course + 0.3 * some())}, noise(3, 0.5), {x[k]});
@@ -313,7 +313,7 @@ TEST(FixedLagConstraints, UnobservableHeadingNeedsNoOtherSolver) {
   for (int k = 0; k < 60; ++k) {
     SCOPED_TRACE(k);
     truth = k == 0 ? truth : truth * SE3::Exp(twist(k));
-    const Vector<3> seen = truth.translation() + 0.1 * Vector<3>(normal(random), normal(random), normal(random));
+    const Vector<3> seen = truth.translation() + 0.1 * Vector<3>{normal(random), normal(random), normal(random)};
     x.push_back(lag.add(k, SE3(k == 0 ? SO3() : problem.value(x.back()).rotation(), seen)));
     problem.minimize(UsblPosition<SE3>{seen}, noise(3, 0.1), {origin, x.back()});
     problem.subject_to(RollPitch<SE3>{}, equal_to(0), {x.back()});

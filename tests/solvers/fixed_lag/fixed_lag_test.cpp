@@ -36,7 +36,7 @@ class Stream {
   void arrive(Problem& problem, int k, double t, Add add, std::map<int, Variable<R3>>& x, Variable<R3>& bias) {
     std::mt19937_64 random(std::uint64_t(k) + 5);
     std::normal_distribution<double> normal;
-    const auto some = [&] { return Vector<3>(normal(random), normal(random), normal(random)); };
+    const auto some = [&] { return Vector<3>{normal(random), normal(random), normal(random)}; };
     if (k == 0) {
       bias = problem.add(R3(), "bias");
       problem.minimize(Prior<R3>{R3()}, noise(3, 2.0), {bias});

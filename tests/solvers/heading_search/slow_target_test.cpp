@@ -56,7 +56,7 @@ TrackingData data_of(const Case& c, unsigned seed) {
   TargetSensor usbl{.name = "usbl", .type = SensorType::position};
   usbl.sigma = Eigen::VectorXd::Constant(c.planar ? 2 : 3, c.usbl_sigma);
   for (double t = 0; t <= 600; t += c.usbl_period) {
-    const Vector<3> error = c.usbl_sigma * Vector<3>(normal(random), normal(random), c.planar ? 0 : normal(random));
+    const Vector<3> error = c.usbl_sigma * Vector<3>{normal(random), normal(random), c.planar ? 0 : normal(random)};
     usbl.measurements.push_back({.t = t, .position = chaser(t).inverse().act(c.target(t).translation()) + error});
   }
   d.sensors.push_back(usbl);

@@ -28,7 +28,7 @@ constexpr double kTime = 4, kErrorTime = 15;  // time constant of the twist, cor
 Scenario damped_target(unsigned seed, int seconds, double motion = 1, bool error = false, double dof = 0) {
   std::mt19937_64 random(seed);
   std::normal_distribution<double> normal;
-  const auto three = [&] { return Vector<3>(normal(random), normal(random), normal(random)); };
+  const auto three = [&] { return Vector<3>{normal(random), normal(random), normal(random)}; };
   Scenario scenario;
   scenario.name = "damped";
   TrackingData& data = scenario.data;

@@ -36,7 +36,7 @@ EgoSensor gps() {
   std::normal_distribution<double> noise(0, 0.5);
   Vector<3> p = Vector<3>::Zero();
   for (int t = 0; t <= int(kSeconds); ++t) {
-    sensor.measurements.push_back({double(t), p + Vector<3>(noise(engine), noise(engine), noise(engine))});
+    sensor.measurements.push_back({double(t), p + Vector<3>{noise(engine), noise(engine), noise(engine)}});
     for (int i = 0; i < 10; ++i)
       p += 0.1 * kSpeed * Vector<3>(std::cos(yaw_at(t + 0.1 * i)), std::sin(yaw_at(t + 0.1 * i)), 0);
   }

@@ -31,7 +31,7 @@ inline Scenario dive_with_target(const DiveOptions& options, double sigma) {
   std::normal_distribution<double> normal;
   for (std::size_t k = 13; k < dive.truth.size(); k += 20) {
     const auto& [t, chaser] = scenario.truth_chaser[k];
-    const Vector<3> e(normal(random), normal(random), normal(random));
+    const Vector<3> e{normal(random), normal(random), normal(random)};
     usbl.measurements.push_back({.t = t, .position = chaser.inverse().act(vessel_at(t).translation()) + sigma * e});
   }
   scenario.data.sensors = {usbl};

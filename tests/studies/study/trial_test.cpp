@@ -273,7 +273,7 @@ TEST(TrialMetrics, CorrelationTime) {
   unsigned seed = 1;
   const auto draw = [&] { return double((seed = seed * 1664525u + 1013904223u) >> 8) / double(1 << 24) - 0.5; };
   for (int t = 0; t < 20000; ++t) {
-    e = std::exp(-1.0 / 8) * e + Vector<3>(draw(), draw(), draw());
+    e = std::exp(-1.0 / 8) * e + Vector<3>{draw(), draw(), draw()};
     KeyframeError error{double(t), KeyframeType::none, {}, {}, {}, {}};
     error.position_vector = e;
     errors.push_back(error);
