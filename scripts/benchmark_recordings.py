@@ -15,12 +15,13 @@ from benchmark_session import DATA, Failure, fixed, measurements, table
 CARS = ["kitti_0000_000", "kitti_0002_005", "kitti_0004_002", "kitti_0006_012", "kitti_0008_008", "kitti_0010_000",
         "kitti_0011_000", "kitti_0018_003", "kitti_0020_012"]
 FERRIES = ["ferry_16_1", "ferry_22_1", "ferry_22_2"]
+FERRY = shlex.split("--model white-noise-acceleration --noise acceleration=0.7,0.7,0.05 --non-holonomic soft --surge 0,0 "
+                    "--limits soft --noise surge=21 --noise camera=0.4 --noise lidar=2.5,0.05 --noise radar=2.5,0.05")
 AUV = shlex.split("--error dvl=0.02,0.02,0.02:100 --error depth=0.3:100")
-ROV = AUV + shlex.split("--error dvl.scale=0.05 --error dvl.misalignment=0.05 --error dvl.delay=0.3 "
-                        "--error gps.delay=0.3")
+ROV = shlex.split("--error dvl.scale=0.05 --error dvl.misalignment=0.05 --error dvl.delay=0.3 --error gps.delay=0.3")
 MAV = ["--error", "gps.delay=0.3", "--vibration"]
-DIVES = {"auv_akit_01": ("a", AUV), "auv_akit_03": ("a", AUV), "rov_blueye_auto_square": ("b", ROV),
-         "rov_blueye_grid": ("b", ROV), "mav_euroc_mh01": ("c", MAV)}
+DIVES = {"auv_akit_01": ("a", AUV), "auv_akit_03": ("a", AUV), "rov_blueye_auto_square": ("b", AUV + ROV),
+         "rov_blueye_grid": ("b", AUV + ROV), "mav_euroc_mh01": ("c", MAV)}
 
 
 def recording(scenario):
@@ -66,13 +67,10 @@ def measure_cars(session):
 
 
 def measure_ferries(session):
-    chosen = shlex.split("--model white-noise-acceleration --noise acceleration=0.7,0.7,0.05 --non-holonomic soft "
-                         "--surge 0,0 --limits soft --noise surge=21 --noise camera=0.4 --noise lidar=2.5,0.05 "
-                         "--noise radar=2.5,0.05")
     rows = []
     for scenario in FERRIES:
         options, seconds = tuned(session, scenario)
-        runs = [estimated(session, scenario, *choice) for choice in ([], chosen, options)]
+        runs = [estimated(session, scenario, *choice) for choice in ([], FERRY, options)]
         plain = runs[0][0]
         cells = [scenario, plain["keyframes"]]
         cells += [fixed(plain["sensors"][sensor].get("raw_position_mean_m")) for sensor in ("lidar", "radar")]

@@ -12,6 +12,10 @@ import subprocess
 
 from benchmark_session import ROOT, Failure, fixed, matched, measurements, scientific, significant, table
 
+CONSTRAINTS = {"none": [], "soft": shlex.split("--non-holonomic soft --surge 0,2.5 --limits soft"),
+               "hard": shlex.split("--non-holonomic hard --surge 0,2.5 --roll-pitch hard --limits hard")}
+
+
 def errors_on_docking_a(session):
     best = "white-noise-acceleration+non-holonomic:hard"
     titles = {"constant-twist": "Mode A: constant twist", "mode-b": "Mode B", "constant-velocity": "constant velocity",
@@ -67,8 +71,6 @@ def measure_accuracy(session):
 
 def measure_live_constraints(session):
     seeds = 20 if session.full else 5
-    roles = {"none": [], "soft": ["--non-holonomic", "soft", "--surge", "0,2.5", "--limits", "soft"],
-             "hard": ["--non-holonomic", "hard", "--surge", "0,2.5", "--roll-pitch", "hard", "--limits", "hard"]}
     scenarios = {"`docking_a`": ["docking_a"], f"simulated, {seeds} seeds": []}
     for seed in range(1, seeds + 1):
         folder = session.folder(f"docking_{seed}")
@@ -84,7 +86,7 @@ def measure_live_constraints(session):
         return [fixed(statistics.mean(column), 3 if k < 3 else 2) for k, column in enumerate(zip(*values))]
 
     rows = [[title, role, *means(folders, "A", options), *means(folders, "B", options)]
-            for title, folders in scenarios.items() for role, options in roles.items()]
+            for title, folders in scenarios.items() for role, options in CONSTRAINTS.items()]
     numbers = ["newest [m]", "5 s ahead [m]", "10 s ahead [m]", "NEES", "p50 [ms]", "p99 [ms]"]
     return table(["", "constraints", *(f"{mode}: {number}" for mode in "AB" for number in numbers)], rows)
 

@@ -237,7 +237,7 @@ void end(detail::Session& session, Ipopt::ApplicationReturnStatus status) {
 }
 
 /// Returns whether the first-order conditions hold at X̄ with multipliers other than Ipopt's. Ipopt's tolerance grows with
-/// the size of its own. True if the conditions cannot be checked.
+/// its multipliers. True if the conditions cannot be checked.
 bool is_stationary(NlpEvaluator& nlp) {
   constexpr double kStationary = 1e-4;  // [standard deviations]
   constexpr double kLeastCurvature = 1e-12;

@@ -46,7 +46,6 @@ const FoldKey kNothingHeldOut = {nothing, 0, 0};
 
 /// Measurements that are held out at once, by index.
 struct Fold {
-  Kind kind;
   FoldKey key;
   std::vector<std::size_t> held_out{};
   std::vector<double> weight{};  // 0: held out but not scored; empty: all 1
@@ -61,7 +60,7 @@ void add_folds(const std::vector<ScoredMeasurement>& all, const ScoreOptions& op
   // If one sensor is held out, the others remain. A larger share of it can therefore be held out at once.
   const std::int64_t n = kind == Kind::sensor ? std::max(2, options.folds / 2) : options.folds;
   std::vector<Fold> group;
-  for (int g = 0; g < n; ++g) group.push_back({kind, {kind, sensor, g}});
+  for (int g = 0; g < n; ++g) group.push_back({{kind, sensor, g}});
   for (std::size_t i = 0; i < all.size(); ++i) {
     if (kind == Kind::sensor && all[i].sensor != sensor) continue;
     const std::int64_t rest = time_block(all[i], options, kind == short_gap ? kShortGap : 1) % n;
@@ -85,7 +84,7 @@ void add_predictions_ahead(const std::vector<ScoredMeasurement>& all, const Scor
   const std::size_t first = folds.size();
   std::vector<double> predictions(all.size());  // number of origins that predict each measurement
   for (std::size_t k = 1; k <= kOrigins; ++k) {
-    Fold fold{ahead, {ahead, 0, static_cast<int>(k)}};
+    Fold fold{{ahead, 0, static_cast<int>(k)}};
     for (std::size_t i = 0; i < all.size(); ++i) {
       const auto& [from, to] = spans.at(all[i].problem);
       const double origin = from + (to - from) * double(k) / double(kOrigins + 1);
@@ -322,7 +321,7 @@ PredictiveScore predictive_score(std::span<Problem* const> problems, const std::
     if (!score.valid()) return score;
     predictor.keep_solution(score);
     const std::vector<Fold> folds = folds_of(measurements, options);
-    for (const Fold& fold : folds) kinds.insert(fold.kind);
+    for (const Fold& fold : folds) kinds.insert(std::get<0>(fold.key));
     for (std::size_t f = 0; f < folds.size() && score.valid(); f += std::size_t(options.every)) {
       options.stop.check(detail::kHeldOutTask);
       predictor.predict(folds[f], score);

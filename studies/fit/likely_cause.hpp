@@ -36,7 +36,7 @@ std::vector<std::pair<std::string, Matrix<3, 3>>> mistaken_axes(const Matrix<3, 
 /// Delays to try [s], in addition to the given one, and their text.
 inline constexpr std::array kMistakenDelays = {0.2, -0.2, 0.5, -0.5, 1.0, -1.0, 2.0, -2.0, 4.0};
 std::string mistaken_delay_text(double delay);
-/// Returns the rotation of a file's quaternion w x y z, from that which the order x y z w gives.
+/// Returns the rotation of a file's quaternion w x y z. `read` is the rotation by the order x y z w.
 SO3 ordered_w_first(const SO3& read);
 inline constexpr const char* kQuaternionOrder = "quaternions are ordered w x y z";
 inline constexpr const char* kMistakenLeverArm = "it has a constant bias, or a wrong lever arm";

@@ -31,6 +31,14 @@ scripts/benchmarks --list >names.txt
 sed -n 's/^<!-- benchmarks: \(.*\) -->$/\1/p' docs/benchmarks.md | grep -v '^machine$' | sort >marked.txt
 sort names.txt | cmp -s - marked.txt || fail "the page and --list have different tables"
 
+PYTHONDONTWRITEBYTECODE=1 PYTHONPATH=scripts python3 - <<'END' || fail "the page and the scripts have different options"
+from benchmark_recordings import AUV, FERRY, MAV, ROV
+from benchmark_tables import CONSTRAINTS
+page = " ".join(open("docs/benchmarks.md", encoding="utf-8").read().split())
+missing = [" ".join(options) for options in (AUV, FERRY, MAV, ROV, *CONSTRAINTS.values()) if " ".join(options) not in page]
+raise SystemExit("; ".join(missing) or None)
+END
+
 refuse "unknown table speed" speed
 refuse "unknown option --quick" --quick
 refuse "cannot run" planning

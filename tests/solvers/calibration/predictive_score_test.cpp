@@ -34,13 +34,17 @@ std::vector<ScoredMeasurement> measurements_of(const Walk& walk) {
   return all;
 }
 
+PredictiveScore score_of(Walk& walk, const ScoreOptions& options = blocks_of(5)) {
+  Problem* const one[] = {&walk.problem};
+  return predictive_score(one, measurements_of(walk), options);
+}
+
 PredictiveScore score_of(double step_sigma, double fix_sigma, double outliers = 0) {
   Walk walk(3, 300, outliers);
   walk.given_step_sigma = step_sigma;
   walk.given_fix_sigma = fix_sigma;
   walk.build();
-  Problem* const one[] = {&walk.problem};
-  return predictive_score(one, measurements_of(walk), blocks_of(5));
+  return score_of(walk);
 }
 
 /// ∫ exp(log density) = 1, and the expected score of Gaussian errors is stationary at the right variance.
@@ -84,9 +88,8 @@ TEST(PredictiveScore, IsNotDecidedByOutliers) {
 TEST(PredictiveScore, LeavesTheProblemSolvedWithAllMeasurements) {
   Walk walk(4, 60);
   walk.build();
-  Problem* const one[] = {&walk.problem};
-  const PredictiveScore first = predictive_score(one, measurements_of(walk), blocks_of(5));
-  const PredictiveScore second = predictive_score(one, measurements_of(walk), blocks_of(5));
+  const PredictiveScore first = score_of(walk);
+  const PredictiveScore second = score_of(walk);
   EXPECT_NEAR(first.total(), second.total(), 1e-6);
   EXPECT_EQ(walk.problem.noise(walk.fixes.rows[7].block).covariance_matrix()(0, 0), 1);
 }
@@ -94,10 +97,9 @@ TEST(PredictiveScore, LeavesTheProblemSolvedWithAllMeasurements) {
 TEST(PredictiveScore, PredictsAheadFromEarlierMeasurementsOnly) {
   Walk walk(5, 100);
   walk.build();
-  Problem* const one[] = {&walk.problem};
   ScoreOptions options = blocks_of(5);
   options.ahead = 3;
-  const PredictiveScore score = predictive_score(one, measurements_of(walk), options);
+  const PredictiveScore score = score_of(walk, options);
   ASSERT_TRUE(score.valid()) << score.why;
   EXPECT_EQ(score.parts.size(), 2 * 100u + 6 * 3) << "three measurements after each of six origins";
 }
@@ -106,10 +108,9 @@ TEST(PredictiveScore, PredictsAheadFromEarlierMeasurementsOnly) {
 TEST(PredictiveScore, OverlappingPredictionsCountOnceAndGainNothingOverThemselves) {
   Walk walk(5, 100);
   walk.build();
-  Problem* const one[] = {&walk.problem};
   ScoreOptions options = blocks_of(5);
   options.ahead = 20;
-  const PredictiveScore all = predictive_score(one, measurements_of(walk), options);
+  const PredictiveScore all = score_of(walk, options);
   ASSERT_TRUE(all.valid()) << all.why;
   std::set<ScoredPart::Key> keys;
   for (const ScoredPart& part : all.parts) keys.insert(part.key);
@@ -117,23 +118,22 @@ TEST(PredictiveScore, OverlappingPredictionsCountOnceAndGainNothingOverThemselve
   options.start = &all.solutions;
   for (const int every : {1, 3}) {
     options.every = every;
-    const PredictiveScore again = completed(predictive_score(one, measurements_of(walk), options), all);
+    const PredictiveScore again = completed(score_of(walk, options), all);
     for (std::size_t i = 0; i < all.parts.size(); ++i)
       EXPECT_NEAR(again.parts[i].log_density, all.parts[i].log_density, 1e-6);
   }
   // Each log density is near −1.5, averaged over three kinds of predictions.
-  EXPECT_NEAR(all.total(), predictive_score(one, measurements_of(walk), blocks_of(5)).total(), 0.2 * -all.total());
+  EXPECT_NEAR(all.total(), score_of(walk).total(), 0.2 * -all.total());
 }
 
 TEST(PredictiveScore, DoesNotDependOnTheStart) {
   Walk walk(3, 100);
   walk.build();
-  Problem* const one[] = {&walk.problem};
   ScoreOptions options = blocks_of(5);
-  const PredictiveScore cold = predictive_score(one, measurements_of(walk), options);
+  const PredictiveScore cold = score_of(walk, options);
   EXPECT_EQ(cold.solutions.size(), 11u) << "five folds of gaps, five of short gaps, and all measurements";
   options.start = &cold.solutions;
-  const PredictiveScore warm = predictive_score(one, measurements_of(walk), options);
+  const PredictiveScore warm = score_of(walk, options);
   ASSERT_EQ(warm.parts.size(), cold.parts.size());
   EXPECT_NEAR(warm.total(), cold.total(), 1e-6 * std::abs(cold.total()));
 }

@@ -1,4 +1,5 @@
 #include <cmath>
+#include <iostream>
 #include <regex>
 #include <set>
 
@@ -69,9 +70,10 @@ TEST(EstimatePlots, AreAsWideAsAColumn) {
   ASSERT_EQ(drawn(estimate, scenario, folder, PlotFormat::pdf), "");
   const std::string pdf = read_file(folder.path() / "errors.pdf");
   EXPECT_THAT(pdf, StartsWith("%PDF"));
-  if (pdf.find("/ObjStm") == std::string::npos) {  // cairo 1.18 compresses the sizes of pages
+  if (pdf.find("/ObjStm") == std::string::npos)
     EXPECT_THAT(pdf, HasSubstr("/MediaBox [ 0 0 252 "));
-  }
+  else
+    std::cerr << "cairo compresses the sizes of pages: not checked: width of the PDF\n";
   ASSERT_EQ(drawn(estimate, scenario, folder, PlotFormat::png), "");
   EXPECT_EQ(read_file(folder.path() / "errors.png").substr(16, 4), std::string("\0\0\x04\x1a", 4)) << "300 per inch";
 }
