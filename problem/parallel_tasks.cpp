@@ -1,6 +1,6 @@
 #include <algorithm>
-#include <array>
 #include <exception>
+#include <mutex>
 #include <string>
 
 #include <tandem/lie/error.hpp>
@@ -63,12 +63,18 @@ void TaskRunner::run(int count, FunctionRef<void(int task)> f) const {
 #ifdef TANDEM_HAS_TBB
   if (count > 1 && threads_ != 1) {
     // All tasks run even if one throws, so that the rethrown error does not depend on timing.
-    std::array<std::exception_ptr, kMaxTasks> errors{};
+    std::mutex mutex;
+    std::exception_ptr error;
+    int first_error = count;
     const auto guarded = [&](int task) {
       try {
         f(task);
       } catch (...) {
-        errors[std::size_t(task)] = std::current_exception();
+        const std::lock_guard lock(mutex);
+        if (task < first_error) {
+          first_error = task;
+          error = std::current_exception();
+        }
       }
     };
     // Work stealing, not a barrier: if another thread is late because it slept or the machine is busy, this thread
@@ -78,8 +84,7 @@ void TaskRunner::run(int count, FunctionRef<void(int task)> f) const {
       arena_->arena.execute(all);
     else
       tbb::this_task_arena::isolate(all);  // while it waits, this thread takes no unrelated task of the caller
-    for (const std::exception_ptr& error : errors)
-      if (error) std::rethrow_exception(error);
+    if (error) std::rethrow_exception(error);
     return;
   }
 #endif

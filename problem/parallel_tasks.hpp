@@ -26,7 +26,7 @@ class ThreadLimit {
 
 namespace detail {
 
-/// Maximum number of tasks per evaluation, independent of the number of threads.
+/// Maximum number of tasks per evaluation of a problem, independent of the number of threads.
 inline constexpr int kMaxTasks = 16;
 
 /// Runs independent tasks on several threads (oneTBB), or one after the other if Tandem was built without it. The
@@ -39,8 +39,8 @@ class TaskRunner {
 
   /// Limits the number of threads used by run(); 0, the default, allows one per core. Throws Error if negative.
   void use_threads(int threads);
-  /// Calls f(0), …, f(count − 1), where count ≤ kMaxTasks, and returns when all calls have ended. If calls throw,
-  /// rethrows the exception of the lowest index.
+  /// Calls f(0), …, f(count − 1) and returns when all calls have ended. If calls throw, rethrows the exception of the
+  /// lowest index.
   void run(int count, FunctionRef<void(int task)> f) const;
 
  private:

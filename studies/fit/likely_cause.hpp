@@ -72,10 +72,8 @@ std::vector<LikelyCause> explaining(const std::vector<Mistake<Data>>& mistakes, 
   const std::optional<double> before = cost_with([](Data&) {});
   if (!before) return {};
   std::vector<std::optional<double>> after(mistakes.size());
-  for (std::size_t first = 0; first < mistakes.size(); first += detail::kMaxTasks)
-    detail::TaskRunner().run(int(std::min<std::size_t>(detail::kMaxTasks, mistakes.size() - first)), [&](int task) {
-      after[first + std::size_t(task)] = cost_with(mistakes[first + std::size_t(task)].mend);
-    });
+  detail::TaskRunner().run(int(mistakes.size()),
+                           [&](int i) { after[std::size_t(i)] = cost_with(mistakes[std::size_t(i)].mend); });
   std::vector<LikelyCause> causes;
   for (std::size_t i = 0; i < mistakes.size(); ++i) {
     if (!after[i]) continue;

@@ -16,8 +16,8 @@ TEST(TaskRunner, RunsEachTaskOnceAndRethrowsTheFirstError) {
   for (const int threads : {0, 1, 2, 3, 7}) {
     detail::TaskRunner tasks;
     tasks.use_threads(threads);
-    std::array<std::atomic<int>, detail::kMaxTasks> runs{};
-    tasks.run(detail::kMaxTasks, [&](int task) { ++runs[std::size_t(task)]; });
+    std::array<std::atomic<int>, 3 * detail::kMaxTasks + 1> runs{};
+    tasks.run(int(runs.size()), [&](int task) { ++runs[std::size_t(task)]; });
     for (const auto& n : runs) EXPECT_EQ(n, 1);
     try {
       tasks.run(detail::kMaxTasks, [](int task) {
