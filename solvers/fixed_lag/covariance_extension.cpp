@@ -141,7 +141,8 @@ std::optional<std::vector<CovarianceExtension::Step>> CovarianceExtension::steps
       step.others.push_back(id);
       step.other_dofs.push_back(at.dofs[k]);
     }
-    step.transition = jacobian_of(problem, at, step.others, step.other_dofs)(rows, Eigen::all);
+    const Eigen::MatrixXd by_others = jacobian_of(problem, at, step.others, step.other_dofs);
+    step.transition = by_others(rows, Eigen::seqN(0, by_others.cols()));
     step.noise = Eigen::MatrixXd::Zero(Eigen::Index(rows.size()), Eigen::Index(rows.size()));
     steps.push_back(std::move(step));
   }

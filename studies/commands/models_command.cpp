@@ -1,6 +1,7 @@
 #include <algorithm>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <tandem/studies/commands/command.hpp>
 #include <tandem/studies/commands/output.hpp>
@@ -19,7 +20,7 @@ namespace {
 struct ModelsRequest {
   ProblemRequest problem;
   std::vector<NamedByOption> models;  ///< values of --models
-  std::optional<Solver> solver;
+  std::optional<AnySolver> solver;
   std::optional<double> time_limit;
   bool full = false;
   Output output;
@@ -60,7 +61,7 @@ int run_models(const ModelsRequest& request, const CommandOptions& option) {
   std::vector<ModelResult> results;
   for (const NamedModel& model : models) {
     if (interrupted()) break;
-    Solver solver = request.solver.value_or(solver_for(model));
+    AnySolver solver = request.solver.value_or(solver_for(model));
     if (request.time_limit) common(solver).time_limit = *request.time_limit;
     const WatchedSolve watched(common(solver), request.output,
                                fmt::format("{}/{} {}: ", results.size() + 1, models.size(), model.name));

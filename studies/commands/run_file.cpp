@@ -3,6 +3,7 @@
 #include <set>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <tandem/lie/error.hpp>
 #include <tandem/studies/commands/run_file.hpp>

@@ -2,6 +2,7 @@
 #include <cmath>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <tandem/lie/error.hpp>
 #include <tandem/studies/import/import_entry.hpp>

@@ -3,6 +3,7 @@
 #include <map>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <tandem/studies/import/import_report.hpp>
 #include <tandem/studies/import/known_messages.hpp>

@@ -2,6 +2,7 @@
 #include <cmath>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <tandem/studies/report/plot_parts.hpp>
 #include <tandem/studies/report/study_figures.hpp>

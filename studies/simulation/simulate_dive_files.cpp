@@ -1,4 +1,5 @@
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <tandem/studies/scenario/sensor_rows.hpp>
 #include <tandem/studies/simulation/number_rows.hpp>

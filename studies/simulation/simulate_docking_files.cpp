@@ -1,4 +1,5 @@
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <tandem/problem/tracking/planar.hpp>
 #include <tandem/studies/scenario/sensor_rows.hpp>

@@ -2,6 +2,7 @@
 #include <cmath>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <tandem/lie/error.hpp>
 #include <tandem/studies/scenario/yaml_section.hpp>
@@ -155,9 +156,9 @@ TrialSettings Study::settings(const TrialPlace& place) const {
 
 NamedModel Study::model(const TrialPlace& place) const { return parse_model_spec("models", models[place.model], {}); }
 
-Solver Study::solver(const TrialPlace& place) const {
+AnySolver Study::solver(const TrialPlace& place) const {
   const std::string& named = solvers[place.solver];
-  Solver solver = named == Study::kAutomatic ? solver_for(model(place)) : parse_solver("solvers", named);
+  AnySolver solver = named == Study::kAutomatic ? solver_for(model(place)) : parse_solver("solvers", named);
   if (time_limit > 0) common(solver).time_limit = time_limit;
   return solver;
 }

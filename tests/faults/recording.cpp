@@ -4,6 +4,7 @@
 #include <fstream>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <tandem/lie/error.hpp>
 #include <tandem/studies/navigation/navigated_scenario.hpp>

@@ -107,7 +107,7 @@ TEST(ActuatorLag, HasCorrectJacobiansAndExactStepResponse) {
   const Vector<3> lag(0.0, 0.5, 2.0);
   const ActuatorLag<3> residual(lag, 0.7);
   expect_correct_jacobians_at_random_states(residual, 1);
-  Vector<3> r, expected;
+  Vector<3> r;
   const Vector<3> from(0.2, -0.4, 1.0), to(1.0, 1.0, -1.0);
   residual(R3(from), R3(to), R3(), r);
   for (int i = 0; i < 3; ++i) {
