@@ -7,6 +7,7 @@
 #include <vector>
 
 #include <tandem/lie/error.hpp>
+#include <tandem/problem/tracking/motion_neighbours.hpp>
 #include <tandem/problem/tracking/planar.hpp>
 #include <tandem/problem/tracking/tracking_build.hpp>
 #include <tandem/residuals/direction.hpp>
@@ -154,21 +155,17 @@ class SensorBuild {
                             : constants.get_or_add<Rn<1>>(problem, sensor_.name, "delay", error.delay_sigma)},
         noise, loss);
   }
-  /// Returns the keyframes before and after k that give the motion at k. These are the nearest ones at least `seconds`
-  /// away at which the target has the same type, a pose or a point; else the farthest ones of this type; else k.
+  /// Returns the keyframes that give the motion at k. The target has the same type there, a pose or a point.
   template <LieGroup T>
-  std::pair<std::size_t, std::size_t> neighbours_of(std::size_t k, double seconds) const {
-    std::size_t before = k, after = k;
-    for (std::size_t i = k; i-- > 0 && build_.dt(before, k) < seconds;)
-      if (target_at<T>(i)) before = i;
-    for (std::size_t i = k + 1; i < build_.target.size() && build_.dt(k, after) < seconds; ++i)
-      if (target_at<T>(i)) after = i;
-    if (before == after && !build_.fixed_delay)
+  std::pair<std::size_t, std::size_t> neighbours_of(std::size_t k, double half_window) const {
+    const auto is_usable = [&](std::size_t i) { return target_at<T>(i) != nullptr; };
+    const MotionNeighbours found = motion_neighbours(build_, k, half_window, is_usable);
+    if (found.before == found.after && !build_.fixed_delay)
       throw BadInputError(
           sensor_.name +
           ": estimating the delay needs a second keyframe at which the target has the same type, a pose or a "
           "point; remove `delay`");
-    return {before, after};
+    return {found.before, found.after};
   }
 
   [[noreturn]] void throw_types_differ() const {

@@ -3,6 +3,7 @@
 
 #include <tandem/lie/error.hpp>
 #include <tandem/lie/operations.hpp>
+#include <tandem/problem/tracking/motion_neighbours.hpp>
 #include <tandem/problem/tracking/planar.hpp>
 #include <tandem/problem/tracking/target_window.hpp>
 
@@ -177,10 +178,12 @@ void TargetWindow<G>::free_delays(double reach) {
     const TargetSensor& by = data_.sensors[m.sensor];
     const auto k = keyframe_at_or_before(out_.keyframes, by.valid_at(m.measurement));
     if (!k || !problem_.has(m.block)) return true;  // a keyframe that it reads was dropped
-    const std::size_t last = size() - 1;
-    bool enough = build_.dt(*k, last) >= reach;
-    for (std::size_t i = last; !enough && i > *k && build_.dt(*k, i) >= motion_half_window(*by.error); --i)
-      enough = build_.target[i].index() == build_.target[*k].index();
+    const bool is_pose = std::holds_alternative<Variable<G>>(build_.target[*k]);
+    const auto same_type = [&](std::size_t i) {  // as in SensorBuild: a pose next to a point has both
+      return build_.target[i].index() == build_.target[*k].index() || (!is_pose && build_.boundary_point[i]);
+    };
+    const bool enough = build_.dt(*k, size() - 1) >= reach ||
+                        motion_neighbours(build_, *k, motion_half_window(*by.error), same_type).is_final;
     return enough && free_delay(m, *k);
   });
 }

@@ -50,7 +50,7 @@ class TargetWindow {
   /// Removes the measurement that was added last. No keyframe may have been dropped since.
   void remove_last_measurement();
   /// Makes measurements depend on the estimated delay of their sensor. This needs keyframes after the measurement
-  /// (motion_half_window), so add_measurement() uses a fixed delay: zero with additional noise at first, and later the
+  /// (motion_neighbours), so add_measurement() uses a fixed delay: zero with additional noise at first, and later the
   /// estimate. This function frees the delay of measurements that have enough later keyframes, or that are `reach` [s]
   /// or more before the newest one. It also sets the fixed delays to the current estimates.
   void free_delays(double reach);

@@ -101,17 +101,6 @@ struct TrackingBuild {
   }
 };
 
-/// Returns the time [s] before and after a measurement in which the motion is evaluated to estimate its delay.
-///
-/// The unit of the window is the prior standard deviation of the delay. A longer window smooths out turns between
-/// keyframes: with 12, a true delay is estimated 3 % too long (SensorConstants tests). In a shorter window, the noise
-/// of the keyframes acts as motion, and an unobservable delay seems observable. With 2, simulated dockings give a false
-/// standard error of 0.08 s.
-inline double motion_half_window(const SystematicError& error) {
-  constexpr double kDelaySigmas = 6;
-  return kDelaySigmas * error.delay_sigma;
-}
-
 /// Returns Gaussian noise. Throws Error, which mentions `name`, if `sigma` is not `size` positive finite numbers.
 Gaussian noise_of(std::string_view name, const Eigen::VectorXd& sigma, int size);
 

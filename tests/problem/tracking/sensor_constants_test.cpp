@@ -1,6 +1,8 @@
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <random>
+#include <set>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -148,6 +150,33 @@ TEST(StatisticalSensorConstants, DelayIsUnbiased) {
     variance += Marginals(tracking.problem).covariance(delay)(0, 0) / seeds;
   }
   EXPECT_LT(std::abs(mean), std::sqrt(variance));
+}
+
+/// The motion at a delayed measurement comes from keyframes at least six standard deviations of the delay before and
+/// after it, and at most a third farther away. Close keyframes share them, so that few states are coupled.
+TEST(SensorConstants, DelayedMeasurementsShareFewNeighbours) {
+  TrackingData data = Recording{.delay = 0}.data(1);
+  data.sensors.pop_back();
+  data.sensors[0].error = SystematicError{.delay_sigma = 3};
+  const TrackingProblem tracking = make_tracking_problem(data);
+  const double last = tracking.keyframes.back().t;
+  std::map<int, double> times;
+  for (std::size_t k = 0; k < tracking.target.size(); ++k)
+    times[tracking.problem.id(std::get<Variable<SE3>>(tracking.target[k]))] = tracking.keyframes[k].t;
+  std::set<double> neighbours;
+  for (const PlacedMeasurement& m : tracking.measurements) {
+    const double t = tracking.keyframes[m.keyframe].t;
+    for (const int id : tracking.problem.linearization(m.block.value()).variable_ids) {
+      const auto at = times.find(id);
+      if (at == times.end() || at->second == t) continue;
+      neighbours.insert(at->second);
+      const double away = std::abs(at->second - t);
+      EXPECT_LE(away, 24 + 1) << t;
+      if (at->second > 0 && at->second < last) EXPECT_GE(away, 18) << t;
+    }
+  }
+  EXPECT_LE(neighbours.size(), 31u) << "one in each 6 s of 180 s, and the last keyframe";
+  EXPECT_GE(neighbours.size(), 30u);
 }
 
 TEST(SensorConstants, UnobservableOnesKeepPriorSigma) {
