@@ -58,9 +58,14 @@ std::vector<std::pair<int, int>> blocks_of(const NlpEvaluator& nlp, int id_bound
 }  // namespace
 
 Marginals::Marginals(Problem& problem, std::span<const Pair> pairs, const Stop& stop)
-    : parts_(compute(problem, pairs, stop)) {}
+    : parts_(compute(problem, pairs, stop, detail::Gauges::search)) {}
 
-Marginals::Parts Marginals::compute(Problem& problem, std::span<const Pair> pairs, const Stop& stop) {
+Marginals Marginals::without_gauges(Problem& problem, const Stop& stop) {
+  return Marginals(compute(problem, {}, stop, detail::Gauges::ignore));
+}
+
+Marginals::Parts Marginals::compute(Problem& problem, std::span<const Pair> pairs, const Stop& stop,
+                                    detail::Gauges gauges) {
   const auto check = [&stop] { stop.check("marginals"); };
   NlpEvaluator nlp(problem);
   check();
@@ -83,17 +88,22 @@ Marginals::Parts Marginals::compute(Problem& problem, std::span<const Pair> pair
   }
   const bool positive = parts.inverse.compute(hessian, equalities_of(nlp), check);
   parts.log_determinant = parts.inverse.log_determinant();
-  if (!positive || parts.inverse.smallest_pivot() < detail::kSuspiciousPivot) regularize(nlp, hessian, stop, parts);
+  // With constraints, the pivots of `inverse` are not those from which null directions are found.
+  const bool any_small = gauges == detail::Gauges::search || nlp.num_rows() > 0;
+  const double least = any_small ? detail::kSuspiciousPivot : BlockCholesky::kRelativePivot;
+  if (!positive || parts.inverse.smallest_pivot() < least) regularize(nlp, hessian, stop, gauges, parts);
   return parts;
 }
 
 /// Computes the covariances of a problem with flat directions. Unknowns that are pinned make H regular. Covariances of
 /// functions that are constant along the flat directions do not depend on the pins. The other covariances follow from
 /// the curvature F = (NᵀHN)^(−1/2) of the directions N, computed from residuals without loss of digits.
-void Marginals::regularize(NlpEvaluator& nlp, const Eigen::VectorXd& hessian, const Stop& stop, Parts& parts) {
+void Marginals::regularize(NlpEvaluator& nlp, const Eigen::VectorXd& hessian, const Stop& stop, detail::Gauges gauges,
+                           Parts& parts) {
   constexpr int kMostDirections = 60;
   const int singular_at = parts.inverse.failed_unknown();
-  const std::vector<detail::FlatDirection> flat = detail::flat_directions(nlp, false, kMostDirections, stop);
+  const std::vector<detail::FlatDirection> flat =
+      detail::flat_directions(nlp, false, kMostDirections, stop, nullptr, gauges);
   if (flat.empty() && singular_at >= 0) throw_singular(nlp, singular_at);
   if (flat.empty()) return;
   const SymmetricPattern& pattern = nlp.hessian_pattern();
@@ -142,9 +152,10 @@ void Marginals::regularize(NlpEvaluator& nlp, const Eigen::VectorXd& hessian, co
     const Eigen::LLT<Eigen::MatrixXd> llt(Q);
     if (llt.info() != Eigen::Success) throw_singular(nlp, singular_at >= 0 ? singular_at : flat.front().unknown);
     parts.flat = llt.matrixL().solve(N.transpose()).transpose();
-    parts.log_determinant =
-        parts.inverse.log_determinant() - log_pins + 2 * llt.matrixLLT().diagonal().array().log().sum() -
-        2 * Eigen::PartialPivLU<Eigen::MatrixXd>(N(pins, Eigen::all)).matrixLU().diagonal().array().abs().log().sum();
+    const Eigen::PartialPivLU<Eigen::MatrixXd> at_pins(N(pins, Eigen::seqN(0, k)));
+    parts.log_determinant = parts.inverse.log_determinant() - log_pins +
+                            2 * llt.matrixLLT().diagonal().array().log().sum() -
+                            2 * at_pins.matrixLU().diagonal().array().abs().log().sum();
   }
   parts.null.resize(nlp.num_unknowns(), Eigen::Index(null.size()));
   for (std::size_t i = 0; i < null.size(); ++i) parts.null.col(Eigen::Index(i)) = *null[i];

@@ -10,6 +10,9 @@
 #include <tandem/solvers/summary.hpp>
 
 namespace tandem {
+namespace detail {
+enum class Gauges;
+}
 
 /// Marginal covariances of the variables of a problem.
 ///
@@ -46,6 +49,9 @@ class Marginals {
   /// 60 directions are unobservable or nearly so. Throws BadInputError if no variable is free, and Stopped if `stop`
   /// requests it.
   explicit Marginals(Problem& problem, std::span<const Pair> pairs = {}, const Stop& stop = {});
+  /// Does the same without the search for gauges, which is faster. propagated(), times(), log_determinant() and
+  /// require_regular() do not depend on gauges; other methods then ignore them.
+  static Marginals without_gauges(Problem& problem, const Stop& stop = {});
 
   template <LieGroup A>
   Matrix<A::dof, A::dof> covariance(const Variable<A>& a) const {
@@ -91,8 +97,10 @@ class Marginals {
 
  private:
   struct Parts;
+  explicit Marginals(Parts parts) : parts_(std::move(parts)) {}
   int id(const VariableHandle& x) const;
-  static void regularize(NlpEvaluator& nlp, const Eigen::VectorXd& hessian, const Stop& stop, Parts& parts);
+  static void regularize(NlpEvaluator& nlp, const Eigen::VectorXd& hessian, const Stop& stop, detail::Gauges gauges,
+                         Parts& parts);
   int block_of(int variable_id) const;
   void block(int a, int b, Eigen::Ref<Eigen::MatrixXd> S) const;
   /// Sets S to a block of the covariance without the unobservable directions, and returns whether it is free.
@@ -111,7 +119,7 @@ class Marginals {
     std::vector<char> infinite{};  // per unknown: infinite variance; empty if none is
     std::vector<UnobservableState> unobservable{};
   };
-  static Parts compute(Problem& problem, std::span<const Pair> pairs, const Stop& stop);
+  static Parts compute(Problem& problem, std::span<const Pair> pairs, const Stop& stop, detail::Gauges gauges);
 
   Parts parts_;
 };

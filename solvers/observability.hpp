@@ -18,6 +18,9 @@ struct Workspace {
   bool has_hessian = false;  ///< whether `hessian` is the Gauss-Newton Hessian of the cost at X̄
 };
 
+/// Whether to search for gauges (solvers/gauge_search.hpp).
+enum class Gauges { search, ignore };
+
 /// A direction along which the cost is constant, or almost so.
 struct FlatDirection {
   Eigen::VectorXd v;  ///< direction of norm 1
@@ -39,9 +42,11 @@ struct FlatDirection {
 /// residual is undefined. Throws Stopped if `stop` ends the search. `skipped` receives the number of further null
 /// directions that the pivots indicate.
 std::vector<FlatDirection> flat_directions(NlpEvaluator& nlp, const Workspace& work, bool inequalities, int most,
-                                           const Stop& stop = {}, int* skipped = nullptr);
+                                           const Stop& stop = {}, int* skipped = nullptr,
+                                           Gauges gauges = Gauges::search);
+/// Does the same with a workspace of its own.
 std::vector<FlatDirection> flat_directions(NlpEvaluator& nlp, bool inequalities, int most, const Stop& stop = {},
-                                           int* skipped = nullptr);
+                                           int* skipped = nullptr, Gauges gauges = Gauges::search);
 
 /// Returns the variables that unobservable directions move, with the names of the directions. An entry without a
 /// variable counts the skipped ones.

@@ -21,7 +21,7 @@ double evidence_at(const Problem& solved, const Variable<Rn<1>>& x, double value
   const Summary summary = solve(problem, options);
   stop.check("profile evidence");
   if (!summary.converged()) return NAN;
-  const Marginals marginals(problem, {}, stop);
+  const Marginals marginals = Marginals::without_gauges(problem, stop);
   marginals.require_regular();
   return -summary.cost - 0.5 * marginals.log_determinant();
 }

@@ -231,10 +231,10 @@ bool LaplaceApproximation::find_covariances() {
       if (found_prior) find_prior_minimum();
     }
     // Marginals resolve weak pivots, or report which variable is unobservable.
-    if (!found) marginals_.emplace(problem_, std::span<const Marginals::Pair>(), options_.stop).require_regular();
+    if (!found) (marginals_ = Marginals::without_gauges(problem_, options_.stop))->require_regular();
     if (beliefs && !found_prior) {
       const DownweightedMeasurements downweighted(*this);
-      prior_marginals_.emplace(problem_, std::span<const Marginals::Pair>(), options_.stop).require_regular();
+      (prior_marginals_ = Marginals::without_gauges(problem_, options_.stop))->require_regular();
     }
     return true;
   } catch (const NotObservableError& error) {

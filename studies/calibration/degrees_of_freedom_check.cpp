@@ -23,7 +23,7 @@ void check_degrees_of_freedom(const CalibrationProblems& problems, const std::ve
   for (const auto& built : problems) {
     Problem& problem = built->problem();
     hard = hard || problem.num_hard_blocks() > 0;
-    const Marginals marginals(problem, {}, stop);
+    const Marginals marginals = Marginals::without_gauges(problem, stop);
     for (const EntryBlock& b : built->blocks)
       for (std::size_t i = 0; i < parameters.size(); ++i) {
         if (parameters[i].time || parameters[i].entry != built->entries[b.entry].name + ".dof") continue;

@@ -61,7 +61,7 @@ std::vector<Autocorrelation> autocorrelations(const std::vector<Misfit>& misfits
 
 std::vector<Misfit> misfits(CalibrationProblem& built, const Stop& stop) {
   Problem& problem = built.problem();
-  const Marginals marginals(problem, {}, stop);
+  const Marginals marginals = Marginals::without_gauges(problem, stop);
   std::map<std::pair<std::size_t, std::size_t>, Misfit> found;  // key: index of the entry, index of the component
   for (const EntryBlock& b : built.blocks) {
     if (!b.measured_at || !b.primary) continue;

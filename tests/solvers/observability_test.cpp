@@ -62,6 +62,36 @@ TEST(Observability, ReportsATurnOfResidualsThatAreNotZero) {
     }
 }
 
+/// Propagated covariances and the log determinant are those of the Gauss-Newton Hessian, which has curvature along the
+/// turn. They are the same whether the turn is searched for or not.
+TEST(Observability, GaugesDoNotChangePropagatedCovariances) {
+  Boat boat(80, 1, 1.0);
+  ASSERT_TRUE(solve(boat.problem, GaussNewtonOptions{}).converged());
+  const Marginals marginals(boat.problem), without = Marginals::without_gauges(boat.problem);
+  EXPECT_EQ(marginals.unobservable().size(), boat.x.size());
+  EXPECT_TRUE(without.unobservable().empty());
+  EXPECT_EQ(marginals.log_determinant(), without.log_determinant());
+  EXPECT_NO_THROW(without.require_regular());
+  for (const auto& x : boat.x) {
+    const std::vector<int> ids = {boat.problem.id(x)}, dofs = {3};
+    const Matrix<3, 3> J = Matrix<3, 3>::Identity();
+    EXPECT_EQ(marginals.propagated(J, ids, dofs), without.propagated(J, ids, dofs));
+    EXPECT_GT(without.propagated(J, ids, dofs)(2, 2), 0);
+  }
+}
+
+/// A null direction of the Hessian makes the problem singular, whether gauges are searched for or not.
+TEST(Observability, NullDirectionsAreFoundWithoutGauges) {
+  Problem problem;
+  const auto q = problem.add(SE2(), "boat"), w = problem.add(SE2::Exp({1, 2, 0.3}), "buoy");
+  problem.minimize(Prior<SE2>{SE2()}, Gaussian{0.1, 0.1, 0.1}, {q});
+  problem.minimize(UsblPosition<SE2>{Vector<2>(1, 2)}, Gaussian{0.1, 0.1}, {q, w});
+  const Marginals without = Marginals::without_gauges(problem);
+  EXPECT_THROW(without.require_regular(), NotObservableError);
+  const std::vector<int> ids = {problem.id(w)}, dofs = {3};
+  EXPECT_EQ(without.propagated(Matrix<3, 3>::Identity(), ids, dofs)(2, 2), HUGE_VAL);
+}
+
 TEST(Observability, ReportsNoTurnIfTheNoiseDistinguishesTheAxes) {
   for (const double unit : {1.0, 1e-3, 1e3}) {
     Boat boat(80, 0.5, unit);
