@@ -66,7 +66,8 @@ const char* const kNotCompiled = " is not compiled into this program; read the f
 std::vector<std::pair<int, int>> corresponding(const StateStoreBase& from, const StateStoreBase& to,
                                                const std::vector<int>& to_slots) {
   std::vector<std::pair<int, int>> pairs;
-  if (from.id.size() == to_slots.size()) {
+  const auto same_name = [&](const auto& name, int slot) { return *name == *to.name[std::size_t(slot)]; };
+  if (std::equal(from.name.begin(), from.name.end(), to_slots.begin(), to_slots.end(), same_name)) {
     for (std::size_t i = 0; i < to_slots.size(); ++i) pairs.emplace_back(static_cast<int>(i), to_slots[i]);
     return pairs;
   }

@@ -64,9 +64,8 @@ class ProblemData {
   /// Names and values of all variables by Lie group, in the order of creation.
   using Values = std::map<std::type_index, std::shared_ptr<const StateStoreBase>>;
   static Values values(const Problem& problem);
-  /// Sets the values of a problem with the same or similar variables. If the numbers of variables of a group differ,
-  /// variables correspond by name, and in their order among those of one name. Names of which the numbers differ are
-  /// skipped.
+  /// Sets the values of a problem with the same or similar variables. Variables of a group correspond by name, and in
+  /// their order among those of one name. Names of which the numbers differ are skipped.
   static void set_values(Problem& problem, const Values& values);
   /// Moves the values of such a problem as the values of another one moved from `before` to `after`: x becomes
   /// x before⁻¹ after.

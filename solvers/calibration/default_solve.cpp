@@ -1,6 +1,7 @@
-#include <tandem/solvers/augmented_lagrangian.hpp>
+#include <concepts>
+#include <utility>
+
 #include <tandem/solvers/calibration/default_solve.hpp>
-#include <tandem/solvers/gauss_newton.hpp>
 
 namespace tandem::detail {
 namespace {
@@ -21,13 +22,22 @@ Summary solve_with_default(Problem& problem, const Stop& stop, int max_iteration
   return solve(problem, limited_options<GaussNewtonOptions>(stop, max_iterations));
 }
 
-Summary solve_approximately(Problem& problem, const Stop& stop, int max_iterations) {
-  if (problem.num_hard_blocks() > 0) return solve_with_default(problem, stop, max_iterations);
-  auto options = limited_options<GaussNewtonOptions>(stop, max_iterations);
-  options.cost_tolerance = 1e-6;
-  options.gradient_tolerance = 1e-5;
-  options.observability = false;
-  return solve(problem, options);
+ApproximateSolver::ApproximateSolver(Problem& problem) : solver_(std::in_place_index<0>, problem) {
+  if (problem.num_hard_blocks() > 0) solver_.emplace<1>(problem);
+}
+
+Summary ApproximateSolver::solve(const Stop& stop, int max_iterations, double cost_tolerance) {
+  const auto solve = [&]<class Options>(Solver<Options>& solver) {
+    Options& options = solver.options();
+    options = limited_options<Options>(stop, max_iterations);
+    if constexpr (std::same_as<Options, GaussNewtonOptions>) {
+      options.cost_tolerance = cost_tolerance;
+      options.gradient_tolerance = 1e-5;
+      options.observability = false;
+    }
+    return solver.solve();
+  };
+  return std::visit(solve, solver_);
 }
 
 }  // namespace tandem::detail

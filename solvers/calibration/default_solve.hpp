@@ -1,14 +1,30 @@
 #pragma once
 
+#include <variant>
+
 #include <tandem/problem/problem.hpp>
 #include <tandem/problem/stop.hpp>
+#include <tandem/solvers/solver.hpp>
 #include <tandem/solvers/summary.hpp>
 
 namespace tandem::detail {
 
 /// Solves with the default solver of calibration: gauss_newton, or augmented_lagrangian if there are hard blocks.
 Summary solve_with_default(Problem& problem, const Stop& stop, int max_iterations = 1000);
-/// Solves with the same solvers to an accuracy of the cost of 1e-6, for comparisons of many models.
-Summary solve_approximately(Problem& problem, const Stop& stop, int max_iterations = 50);
+
+/// Default solver of a problem for comparisons of many models. It keeps its analysis, and is only as accurate as wanted.
+class ApproximateSolver {
+ public:
+  /// The problem must outlive this object.
+  explicit ApproximateSolver(Problem& problem);
+  ApproximateSolver(const ApproximateSolver&) = delete;
+  ApproximateSolver& operator=(const ApproximateSolver&) = delete;
+
+  /// `cost_tolerance` is that of Gauss-Newton, and has no effect with hard blocks.
+  Summary solve(const Stop& stop, int max_iterations, double cost_tolerance = 1e-6);
+
+ private:
+  std::variant<Solver<GaussNewtonOptions>, Solver<AugmentedLagrangianOptions>> solver_;
+};
 
 }  // namespace tandem::detail

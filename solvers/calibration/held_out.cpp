@@ -29,10 +29,8 @@ std::optional<Summary> solve_all(std::span<Problem* const> problems, const Calib
   for (Problem* problem : problems) {
     Summary summary =
         options.solve ? options.solve(*problem) : solve_with_default(*problem, options.stop, kMaxIterations);
-    // Without a fold, a direction may be nearly unobservable. An unconverged point still predicts, with a large
-    // covariance.
     if (!summary.converged()) options.stop.check(kHeldOutTask);
-    if (!summary.converged() && summary.status != Status::max_iterations) return summary;
+    if (!can_predict(summary)) return summary;
   }
   return {};
 }
@@ -48,7 +46,7 @@ std::vector<HeldOutPrediction> predictions(std::span<Problem* const> problems,
     Problem& problem = problem_at(problems, m.problem);
     auto& marginal = marginals[std::size_t(m.problem)];
     if (!marginal) {
-      marginal.emplace(problem, std::span<const Marginals::Pair>(), stop);
+      marginal = Marginals::without_gauges(problem, stop);
       marginal->require_regular();
     }
     const Problem::Linearization at = problem.linearization(m.block);

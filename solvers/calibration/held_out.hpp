@@ -27,6 +27,12 @@ inline std::vector<NoiseGroup> counterparts(std::span<Problem* const> problems, 
   return groups;
 }
 
+/// Returns whether the values predict held-out measurements: the solve has converged, or has reached its iteration limit
+/// because a direction is nearly unobservable without the fold. The covariance is then large.
+inline bool can_predict(const Summary& summary) {
+  return summary.converged() || summary.status == Status::max_iterations;
+}
+
 /// Solves the problems. Returns the summary of the first one that cannot be solved. Throws Stopped.
 std::optional<Summary> solve_all(std::span<Problem* const> problems, const CalibrationOptions& options);
 

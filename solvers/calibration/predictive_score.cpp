@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <memory>
 #include <numbers>
 #include <numeric>
 #include <optional>
@@ -15,6 +16,7 @@
 #include <tandem/solvers/calibration/held_out.hpp>
 #include <tandem/solvers/calibration/predictive_score.hpp>
 #include <tandem/solvers/calibration/saved_noise.hpp>
+#include <tandem/solvers/calibration/score_folds.hpp>
 #include <tandem/solvers/marginals.hpp>
 
 namespace tandem {
@@ -22,7 +24,6 @@ namespace {
 
 constexpr int kMaxRows = 6;
 constexpr int kMinBlocks = 5, kBlocks = 8;  // blocks of time in a recording: minimum, and preferred minimum
-constexpr std::size_t kOrigins = 6;         // number of origins of predictions ahead
 constexpr double kDegreesOfFreedom = 4;
 /// Factors c(d) on the covariance of d rows, the roots of E[(ν + d) q / (ν c + q)] = d with q ~ χ²_d and ν = 4: with
 /// them, the expected log density of Gaussian errors is stationary at the right covariance.
@@ -38,79 +39,9 @@ constexpr std::array<std::array<double, kCoverageLevels.size()>, kMaxRows> kQuan
                                                                                           {4.3515, 11.0705, 15.0863},
                                                                                           {5.3481, 12.5916, 16.8119}}};
 
-constexpr double kShortGap = 0.25;  // length of short gaps, relative to that of the blocks
-
-enum Kind { gap, short_gap, sensor, ahead, nothing };
-
-const FoldKey kNothingHeldOut = {nothing, 0, 0};
-
-/// Measurements that are held out at once, by index.
-struct Fold {
-  FoldKey key;
-  std::vector<std::size_t> held_out{};
-  std::vector<double> weight{};  // 0: held out but not scored; empty: all 1
-};
-
-std::int64_t time_block(const ScoredMeasurement& m, const ScoreOptions& options, double share = 1) {
-  return std::int64_t(std::floor(m.t / (share * options.block_length)));
-}
-
-void add_folds(const std::vector<ScoredMeasurement>& all, const ScoreOptions& options, Kind kind, int sensor,
-               std::vector<Fold>& folds) {
-  // If one sensor is held out, the others remain. A larger share of it can therefore be held out at once.
-  const std::int64_t n = kind == Kind::sensor ? std::max(2, options.folds / 2) : options.folds;
-  std::vector<Fold> group;
-  for (int g = 0; g < n; ++g) group.push_back({{kind, sensor, g}});
-  for (std::size_t i = 0; i < all.size(); ++i) {
-    if (kind == Kind::sensor && all[i].sensor != sensor) continue;
-    const std::int64_t rest = time_block(all[i], options, kind == short_gap ? kShortGap : 1) % n;
-    group[std::size_t(rest < 0 ? rest + n : rest)].held_out.push_back(i);
-  }
-  for (Fold& fold : group)
-    if (!fold.held_out.empty()) folds.push_back(std::move(fold));
-}
-
-/// Adds folds for predictions ahead. Each fold has an origin in time and holds out all later measurements. The origins
-/// divide the time span of each recording into equal parts. A measurement that several origins predict has a smaller
-/// weight.
-void add_predictions_ahead(const std::vector<ScoredMeasurement>& all, const ScoreOptions& options,
-                           std::vector<Fold>& folds) {
-  std::map<int, std::pair<double, double>> spans;  // by problem
-  for (const ScoredMeasurement& m : all) {
-    auto& [from, to] = spans.emplace(m.problem, std::pair(m.t, m.t)).first->second;
-    from = std::min(from, m.t);
-    to = std::max(to, m.t);
-  }
-  const std::size_t first = folds.size();
-  std::vector<double> predictions(all.size());  // number of origins that predict each measurement
-  for (std::size_t k = 1; k <= kOrigins; ++k) {
-    Fold fold{{ahead, 0, static_cast<int>(k)}};
-    for (std::size_t i = 0; i < all.size(); ++i) {
-      const auto& [from, to] = spans.at(all[i].problem);
-      const double origin = from + (to - from) * double(k) / double(kOrigins + 1);
-      if (!(all[i].t > origin)) continue;
-      fold.held_out.push_back(i);
-      fold.weight.push_back(all[i].t <= origin + options.ahead ? 1 : 0);
-      predictions[i] += fold.weight.back();
-    }
-    if (!fold.held_out.empty()) folds.push_back(std::move(fold));
-  }
-  for (Fold& fold : std::span(folds).subspan(first))
-    for (std::size_t k = 0; k < fold.weight.size(); ++k)
-      if (fold.weight[k] > 0) fold.weight[k] /= predictions[fold.held_out[k]];
-}
-
-std::vector<Fold> folds_of(const std::vector<ScoredMeasurement>& all, const ScoreOptions& options) {
-  std::vector<Fold> folds;
-  add_folds(all, options, gap, 0, folds);
-  add_folds(all, options, short_gap, 0, folds);
-  std::set<int> sensors;
-  for (const ScoredMeasurement& m : all) sensors.insert(m.sensor);
-  if (options.by_sensor && sensors.size() > 1)
-    for (const int s : sensors) add_folds(all, options, Kind::sensor, s, folds);
-  if (options.ahead > 0) add_predictions_ahead(all, options, folds);
-  return folds;
-}
+// Decrease of the cost in a step below which the solve of a fold ends, the second one for a quick look at many models. A
+// cost is the negative logarithm of a density, and a parameter has to gain 1.
+constexpr double kLastDecrease = 0.01, kQuickLastDecrease = 0.1;
 
 /// Returns the number of each measurement among those of its sensor with the same time stamp.
 std::vector<int> occurrences(const std::vector<ScoredMeasurement>& all) {
@@ -139,29 +70,33 @@ class FoldPredictor {
   FoldPredictor(std::span<Problem* const> problems, const std::vector<ScoredMeasurement>& measurements,
                 const ScoreOptions& options)
       : problems_(problems), measurements_(measurements), options_(options), number_(occurrences(measurements)) {
-    solve_options_.stop = options.stop;
-    // If other models start from this solution, it needs more iterations. Otherwise they would gain only by continuing
-    // the solve.
-    const int iterations = !options.start ? 200 : options.every > 1 ? 30 : 50;
-    solve_options_.solve = [stop = options.stop, iterations](Problem& problem) {
-      return detail::solve_approximately(problem, stop, iterations);
-    };
+    for (Problem* problem : problems) reused_.push_back(std::make_unique<Reused>(*problem));
   }
 
   /// Returns why a solve failed, or an empty string.
   std::string solve() const {
-    const auto failed = detail::solve_all(problems_, solve_options_);
-    return failed ? failed->message : "";
+    // If other models start from this solution, it needs more iterations. Otherwise they would gain only by continuing
+    // the solve.
+    const int iterations = !options_.start ? 200 : options_.every > 1 ? 30 : 50;
+    for (const auto& problem : reused_) {
+      const Summary summary = problem->solver.solve(options_.stop, iterations, problem->cost_tolerance);
+      if (!summary.converged()) options_.stop.check(detail::kHeldOutTask);
+      if (!detail::can_predict(summary)) return summary.message;
+    }
+    return "";
   }
 
   void keep_solution(PredictiveScore& score) {
     solved_ = values();
-    score.solutions.emplace(kNothingHeldOut, solved_);
+    for (const auto& problem : reused_)
+      problem->cost_tolerance =
+          (options_.every > 1 ? kQuickLastDecrease : kLastDecrease) / std::max(problem->cost(), 1.0);
+    score.solutions.emplace(detail::kNothingHeldOut, solved_);
   }
   void restore_solution() const { set_values(solved_); }
 
   /// Predicts a fold from the other measurements. Sets the reason in `score` if that fails.
-  void predict(const Fold& fold, PredictiveScore& score) const {
+  void predict(const detail::Fold& fold, PredictiveScore& score) const {
     detail::SavedNoise saved(problems_, {});
     std::vector<HeldOutMeasurement> held_out;
     for (const std::size_t i : fold.held_out) {
@@ -187,6 +122,22 @@ class FoldPredictor {
   }
 
  private:
+  /// Solver and evaluator of a problem for all folds.
+  struct Reused {
+    explicit Reused(Problem& of) : problem(of), solver(of) {}
+
+    double cost() {
+      if (!evaluator) evaluator = std::make_unique<NlpEvaluator>(problem);
+      evaluator->reset();
+      return evaluator->cost();
+    }
+
+    Problem& problem;
+    detail::ApproximateSolver solver;
+    std::unique_ptr<NlpEvaluator> evaluator;
+    double cost_tolerance = 1e-6;
+  };
+
   std::vector<detail::SavedValues> values() const {
     std::vector<detail::SavedValues> all;
     for (const Problem* problem : problems_) all.emplace_back(*problem);
@@ -200,7 +151,7 @@ class FoldPredictor {
   /// Returns the cost, infinite where a residual is undefined.
   double cost() const try {
     double sum = 0;
-    for (Problem* problem : problems_) sum += NlpEvaluator(*problem).cost();
+    for (const auto& problem : reused_) sum += problem->cost();
     return sum;
   } catch (const UndefinedResidualError&) {
     return HUGE_VAL;
@@ -208,7 +159,7 @@ class FoldPredictor {
 
   /// Starts where the cost is lowest: at the solution of all measurements, at the solution of this fold by a similar
   /// model, or at the solution of all measurements moved as that of the similar model.
-  void choose_start(const Fold& fold) const {
+  void choose_start(const detail::Fold& fold) const {
     if (!options_.start) return;
     const auto similar = options_.start->find(fold.key);
     if (similar == options_.start->end() || similar->second.size() != problems_.size()) return;
@@ -221,7 +172,7 @@ class FoldPredictor {
         best = &start;
       }
     };
-    const std::vector<detail::SavedValues>& before = options_.start->at(kNothingHeldOut);
+    const std::vector<detail::SavedValues>& before = options_.start->at(detail::kNothingHeldOut);
     for (std::size_t p = 0; p < problems_.size(); ++p) similar->second[p].move(before[p], *problems_[p]);
     const std::vector<detail::SavedValues> moved = values();
     restore_solution();  // values that the similar model does not have
@@ -230,7 +181,7 @@ class FoldPredictor {
     set_values(*best);
   }
 
-  void add_parts(const Fold& fold, const std::vector<Gaussian>& noise, std::vector<ScoredPart>& parts) const {
+  void add_parts(const detail::Fold& fold, const std::vector<Gaussian>& noise, std::vector<ScoredPart>& parts) const {
     std::vector<std::optional<Marginals>> marginals(problems_.size());
     for (std::size_t k = 0; k < fold.held_out.size(); ++k) {
       const ScoredMeasurement& m = measurements_[fold.held_out[k]];
@@ -239,7 +190,7 @@ class FoldPredictor {
       Problem& problem = *problems_[std::size_t(m.problem)];
       auto& marginal = marginals[std::size_t(m.problem)];
       if (!marginal) {
-        marginal.emplace(problem, std::span<const Marginals::Pair>(), options_.stop);
+        marginal = Marginals::without_gauges(problem, options_.stop);
         marginal->require_regular();
       }
       const Problem::Linearization at = problem.linearization(m.block);
@@ -251,7 +202,7 @@ class FoldPredictor {
         part.key = {fold.key,         m.problem,
                     m.sensor,         std::int64_t(std::llround(1e6 * m.t)),
                     m.parts[i].first, number_[fold.held_out[k]]};
-        part.time_block = time_block(m, options_);
+        part.time_block = detail::time_block(m, options_);
         if (!std::isfinite(part.log_density))
           throw NumericalError("the prediction of a held-out measurement is not finite");
       }
@@ -262,7 +213,7 @@ class FoldPredictor {
   const std::vector<ScoredMeasurement>& measurements_;
   const ScoreOptions& options_;
   std::vector<int> number_;
-  CalibrationOptions solve_options_;
+  std::vector<std::unique_ptr<Reused>> reused_;  // by problem
   std::vector<detail::SavedValues> solved_;
 };
 
@@ -320,8 +271,8 @@ PredictiveScore predictive_score(std::span<Problem* const> problems, const std::
     score.why = predictor.solve();
     if (!score.valid()) return score;
     predictor.keep_solution(score);
-    const std::vector<Fold> folds = folds_of(measurements, options);
-    for (const Fold& fold : folds) kinds.insert(std::get<0>(fold.key));
+    const std::vector<detail::Fold> folds = detail::folds_of(measurements, options);
+    for (const detail::Fold& fold : folds) kinds.insert(std::get<0>(fold.key));
     for (std::size_t f = 0; f < folds.size() && score.valid(); f += std::size_t(options.every)) {
       options.stop.check(detail::kHeldOutTask);
       predictor.predict(folds[f], score);

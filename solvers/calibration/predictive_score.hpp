@@ -41,7 +41,7 @@ struct ScoreOptions {
   /// to the next; see score_block_length().
   double block_length = 0;
   int folds = 5;          ///< number of groups of blocks; each group is held out at once
-  int every = 1;          ///< predicts only every n-th group, for a quick look at many models
+  int every = 1;          ///< predicts only every n-th group, and less accurately, for a quick look at many models
   bool by_sensor = true;  ///< also predicts each sensor from the others, if there are several
   double ahead = 0;       ///< if positive, also predicts this time ahead from earlier measurements only [s]
   /// Solutions of a similar model. A fold starts from there, or from the solution of all measurements moved as theirs

@@ -12,6 +12,7 @@ namespace {
 constexpr int kMaxSearchRounds = 8;
 constexpr int kScreening = 3;          // candidates are screened by every third group of blocks
 constexpr std::size_t kFinalists = 8;  // candidates in each round that are scored by all measurements
+constexpr int kStartIterations = 50;   // to choose between two starts
 constexpr std::size_t kAtOnce = 3;     // finalists that are scored at the same time; the best acceptable one is kept
 
 /// Returns the score of a model that cannot be built or solved.
@@ -61,12 +62,25 @@ class GreedySearch {
   };
 
   /// Scores a model by every n-th group of blocks; measurements of the others count as in the current model.
-  Scored scored(const ModelSettings& settings, int every = 1) const try {
+  Scored scored(const ModelSettings& settings, int every = 1) const {
+    if (every > 1) {
+      Scored quick = scored_from(settings, every, true);
+      if (quick.score.valid()) return quick;
+    }
+    return scored_from(settings, every, false);
+  }
+
+  /// Does the same with the current solution as the start (`warm`), or with the better one of two starts.
+  Scored scored_from(const ModelSettings& settings, int every, bool warm) const try {
     BuiltModel built = build_(settings);
     std::vector<Problem*> raw;
     for (std::size_t p = 0; p < built.problems.size(); ++p) {
       raw.push_back(built.problems[p].get());
-      if (p < solved_.size()) start_at_better_minimum(*solved_[p], *raw[p]);
+      if (p >= solved_.size()) continue;
+      if (warm)
+        detail::copy_values(*solved_[p], *raw[p]);
+      else
+        start_at_better_minimum(*solved_[p], *raw[p]);
     }
     ScoreOptions options = options_.score;
     options.every = every;
@@ -85,8 +99,8 @@ class GreedySearch {
   void start_at_better_minimum(const Problem& similar, Problem& problem) const {
     Problem warm = problem.copy();
     detail::copy_values(similar, warm);
-    const Summary from_similar = detail::solve_approximately(warm, options_.stop);
-    const Summary from_guess = detail::solve_approximately(problem, options_.stop);
+    const Summary from_similar = detail::ApproximateSolver(warm).solve(options_.stop, kStartIterations);
+    const Summary from_guess = detail::ApproximateSolver(problem).solve(options_.stop, kStartIterations);
     options_.stop.check("select_model");
     if (std::isfinite(from_similar.cost) && !(from_guess.cost <= from_similar.cost)) detail::copy_values(warm, problem);
   }

@@ -81,8 +81,8 @@ struct ModelSelection {
 /// it predicts no worse by more than a standard error. The result is the simplest model that is not worse, and does not
 /// depend on the number of threads.
 ///
-/// Each model is solved from its own initial guess and from the solution of the model before, since losses and motion
-/// models have local minima. The search repeats with the candidates that gained and the proposed ones, until it keeps
+/// Screening starts from the solution of the current model. Finalists are solved from there and from their own initial
+/// guess, since losses and motion models have local minima. The search repeats with the candidates that gained and the proposed ones, until it keeps
 /// none.
 ///
 /// A candidate with a larger share of measurements outside the 95 % intervals, beyond the standard errors, is not

@@ -20,7 +20,7 @@ const char* const kSolver = "Solver";
 
 struct EstimateRequest {
   ProblemRequest problem;
-  Solver solver;
+  AnySolver solver;
   bool graduated = false, no_covariance = false, tuned = false;
   std::vector<NamedByOption> fit_delay;
   std::function<void(const Problem&)> built;
@@ -30,7 +30,7 @@ struct EstimateRequest {
 
 /// Returns the requested solver. Without --solver, hard constraints select the augmented Lagrangian, since Gauss-Newton
 /// does not support them.
-Solver solver_of(const EstimateRequest& request, const CommandOptions& option) {
+AnySolver solver_of(const EstimateRequest& request, const CommandOptions& option) {
   const std::vector<std::string> given = option.given(kSolver);
   const bool hard = request.problem.non_holonomic == Role::hard || request.problem.limits == Role::hard ||
                     request.problem.target.roll_pitch == Role::hard;
@@ -49,11 +49,11 @@ std::string incomplete_reason(const Estimate& result) {
 }
 
 /// Fits the requested delays one after the other, each with those fitted before, and sets them in the scenario.
-std::vector<DelayFit> fit_delays(const EstimateRequest& request, const TrackingOptions& options, const Solver& solver,
-                                 Scenario& scenario) {
+std::vector<DelayFit> fit_delays(const EstimateRequest& request, const TrackingOptions& options,
+                                 const AnySolver& solver, Scenario& scenario) {
   std::vector<DelayFit> fits;
   if (request.fit_delay.empty()) return fits;
-  Solver limited = solver;
+  AnySolver limited = solver;
   const Stop stop(common(solver));
   if (needs_navigation(scenario)) {
     NavigationOptions navigation = navigation_options(request.problem);
@@ -85,7 +85,8 @@ std::vector<DelayFit> fit_delays(const EstimateRequest& request, const TrackingO
 std::string tune_first(const EstimateRequest& request, const CommandOptions& option, Scenario& scenario,
                        TrackingOptions& target, NavigationOptions& own) {
   TuneOptions options = tune_options(option);
-  options.stop = Stop(&interrupted(), std::min(kTuningTime, 2.0 / 3 * common(request.solver).time_limit));
+  const double most = 2.0 / 3 * common(request.solver).time_limit;
+  options.stop = Stop(&interrupted(), std::min(default_tuning_time({&scenario, 1}), most));
   const Scenario given = read_requested_scenario(request.problem.scenario, options.stop);
   if (const auto show = progress_shown(request.output))
     options.progress = [show](const std::string& what) { show("tune: " + what); };
@@ -101,7 +102,7 @@ std::string tune_first(const EstimateRequest& request, const CommandOptions& opt
 
 /// Runs the command. An interrupt ends the solve at its best point.
 int run_estimate(const EstimateRequest& request, const CommandOptions& option) {
-  Solver solver = solver_of(request, option);
+  AnySolver solver = solver_of(request, option);
   TrackingOptions options = tracking_options(request.problem, supports_hard_limits(solver));
   NavigationOptions navigation = navigation_options(request.problem);
   if (request.no_covariance && !request.problem.sensors.hold_out.empty())

@@ -1,3 +1,6 @@
+#include <cmath>
+#include <optional>
+
 #include <fmt/format.h>
 
 #include <tandem/lie/error.hpp>
@@ -21,7 +24,8 @@ struct TuneRequest {
   ProblemRequest problem;         ///< for every scenario
   std::vector<std::string> more;  ///< further scenarios
   std::vector<std::string> only, fixed;
-  double ahead = 0, time_limit = kTuningTime;
+  double ahead = 0;
+  std::optional<double> time_limit;
   bool dry_run = false, full = false;
   Output output;
 };
@@ -42,16 +46,17 @@ int run_tune(const TuneRequest& request, const CommandOptions& option) {
   options.fixed = request.fixed;
   options.ahead = request.ahead;
   options.dry_run = request.dry_run;
-  options.stop = Stop(&interrupted(), request.time_limit);
+  const Stop reading(&interrupted(), request.time_limit.value_or(HUGE_VAL));
   std::vector<std::string> names = {request.problem.scenario};
   names.insert(names.end(), request.more.begin(), request.more.end());
   std::vector<Scenario> scenarios;
   std::vector<std::string> folders;
   for (const std::string& name : names) {
-    scenarios.push_back(read_requested_scenario(name, options.stop));
+    scenarios.push_back(read_requested_scenario(name, reading));
     reject_implausible_times(scenarios.back(), name, request.problem.force);
     folders.push_back(std::filesystem::absolute(scenarios.back().folder).lexically_normal().string());
   }
+  options.stop = request.time_limit ? reading : Stop(&interrupted(), default_tuning_time(scenarios));
   const Tuning found = [&] {
     ProgressLine line;
     if (request.output.shows_progress()) options.progress = [&](const std::string& what) { line.show(what); };
@@ -100,7 +105,8 @@ Command tune_command() {
                          request->more);
         option.group("Search");
         option("--time", "SECONDS",
-               "Wall-clock time limit, or inf; the result is the best validated model so far (default 120)",
+               "Wall-clock time limit, or inf; the result is the best validated model so far (default: 110 if the "
+               "chaser has sensors of its own motion, else 55)",
                request->time_limit, parse_time_limit);
         option("--only", "LIST",
                "Change only these: options (model, error, loss, noise), sensors, or kinds of errors (delay, scale), "

@@ -1,3 +1,5 @@
+#include <algorithm>
+
 #include <tandem/studies/commands/problem_options.hpp>
 #include <tandem/studies/commands/tuning_options.hpp>
 #include <tandem/studies/tuning/model_settings.hpp>
@@ -31,6 +33,12 @@ TuneOptions tune_options(const CommandOptions& option) {
     }
   }
   return options;
+}
+
+double default_tuning_time(std::span<const Scenario> scenarios) {
+  const bool own_sensors = std::any_of(scenarios.begin(), scenarios.end(),
+                                       [](const Scenario& scenario) { return scenario.navigation.has_value(); });
+  return own_sensors ? 110 : 55;
 }
 
 TunedProblem tuned_problem(const Tuning& tuning, const Scenario& scenario) {

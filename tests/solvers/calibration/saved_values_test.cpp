@@ -39,6 +39,18 @@ TEST(SavedValues, MatchByNameIfTheNumbersDiffer) {
   EXPECT_EQ(to.value(another_delay).vector()[0], 0);
 }
 
+/// A model without a misalignment has a fixed state of its group instead, which must not become the misalignment.
+TEST(SavedValues, MatchByNameIfTheNumbersAreEqual) {
+  Problem from, to;
+  from.add(R3(Vector<3>(1, 0, 0)), "misalignment");
+  from.add(R3(Vector<3>(2, 0, 0)), "delay");
+  const auto delay = to.add(R3(), "delay"), none = to.add(R3(), "no error");
+  to.fix(none);
+  detail::copy_values(from, to);
+  EXPECT_EQ(to.value(none).vector(), Vector<3>(0, 0, 0));
+  EXPECT_EQ(to.value(delay).vector()[0], 2);
+}
+
 TEST(SavedValues, MoveAnotherProblemAsTheyMoved) {
   Problem from, to;
   const SE3 a = SE3::Exp(Vector<6>(1, 2, 3, 0.1, 0.2, 0.3)), step = SE3::Exp(Vector<6>(0.5, 0, 0, 0, 0, 0.2));
