@@ -80,7 +80,7 @@ JsonFields<Solutions> fig3_fields() {
 
 struct PaperRequest {
   std::string name;
-  Solver solver;
+  AnySolver solver;
   Output output;
 };
 

@@ -17,7 +17,7 @@ namespace {
 
 struct SolveRequest {
   std::string file;
-  Solver solver;
+  AnySolver solver;
   std::string out;
   bool from_multipliers = false;
   Output output;
@@ -32,7 +32,7 @@ struct Solved {
 
 /// Selects the augmented Lagrangian for a problem with hard constraints if no solver was chosen, since Gauss-Newton
 /// does not support them.
-void choose_solver(const Problem& problem, Solver& solver, bool chosen) {
+void choose_solver(const Problem& problem, AnySolver& solver, bool chosen) {
   if (chosen || problem.num_hard_blocks() == 0) return;
   AugmentedLagrangianOptions options;
   static_cast<SolverOptions&>(options) = common(solver);
@@ -89,7 +89,7 @@ int run_solve(const SolveRequest& request, const CommandOptions& option) {
   Problem problem = read_problem(std::filesystem::path(request.file));
   stop_on_interrupt();  // while the file is read, there is nothing to return: an interrupt ends the process
   const std::vector<std::string> given = option.given("Solver");
-  Solver solver = request.solver;
+  AnySolver solver = request.solver;
   choose_solver(problem, solver, std::find(given.begin(), given.end(), "--solver") != given.end());
   common(solver).from_multipliers = request.from_multipliers;
 

@@ -12,7 +12,7 @@
 namespace tandem {
 namespace {
 
-IpoptOptions& ipopt(const std::string& option, Solver& solver) {
+IpoptOptions& ipopt(const std::string& option, AnySolver& solver) {
   if (auto* options = std::get_if<IpoptOptions>(&solver)) return *options;
   throw Error(fmt::format("{} needs --solver ipopt", option));
 }
@@ -28,15 +28,15 @@ std::string solver_help(const std::string& default_solver) {
 
 }  // namespace
 
-void add_solver(CommandOptions& option, std::optional<Solver>& solver, const std::string& default_solver) {
+void add_solver(CommandOptions& option, std::optional<AnySolver>& solver, const std::string& default_solver) {
   option("--solver", "NAME", solver_help(default_solver), solver, parse_solver);
 }
 
-void add_solver(CommandOptions& option, Solver& solver, const std::string& default_solver) {
+void add_solver(CommandOptions& option, AnySolver& solver, const std::string& default_solver) {
   option("--solver", "NAME", solver_help(default_solver), solver, parse_solver);
 }
 
-void add_ipopt(CommandOptions& option, Solver& solver) {
+void add_ipopt(CommandOptions& option, AnySolver& solver) {
   option.advanced();
   option.set("--hessian", "NAME",
              "Hessian for ipopt: automatic, gauss-newton, exact or limited-memory (default automatic)",

@@ -151,7 +151,7 @@ ComparedSolve run_compared_solve(const Scenario& scenario, const ComparedProblem
   result.keyframes = tracking.keyframes.size();
   Curve curve;
   try {
-    Solver solver = contender.solver;
+    AnySolver solver = contender.solver;
     const Summary summary = std::visit(
         [&](auto& options) {
           const auto also = options.progress;

@@ -13,7 +13,7 @@ namespace tandem {
 /// A solver with its options, and the name that selects it.
 struct NamedSolver {
   std::string name;
-  Solver solver;
+  AnySolver solver;
   bool dense = false;  ///< whether it stores dense matrices, and suits small problems only
 };
 

@@ -1,6 +1,7 @@
 #include <algorithm>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <tandem/lie/error.hpp>
 #include <tandem/studies/comparison/models.hpp>
@@ -187,14 +188,14 @@ std::vector<NamedModel> parse_model_list(const std::string& option, const std::s
   return models;
 }
 
-Solver solver_for(const NamedModel& model) {
+AnySolver solver_for(const NamedModel& model) {
   const TrackingOptions& o = model.options;
   const bool limited = (o.surge || o.max_yaw_rate) && o.limits == Role::hard;
   if (o.roll_pitch == Role::hard || o.non_holonomic == Role::hard || limited) return AugmentedLagrangianOptions{};
   return GaussNewtonOptions{};
 }
 
-ModelResult evaluate_model(const Scenario& scenario, const NamedModel& model, const Solver& solver) {
+ModelResult evaluate_model(const Scenario& scenario, const NamedModel& model, const AnySolver& solver) {
   ModelResult result;
   result.name = model.name;
   try {

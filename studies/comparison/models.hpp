@@ -55,9 +55,9 @@ struct ModelResult {
 };
 
 /// Returns the default solver of a model: augmented-lagrangian if it has hard constraints, else gauss-newton.
-Solver solver_for(const NamedModel& model);
+AnySolver solver_for(const NamedModel& model);
 
 /// Estimates the scenario with a model. Never throws Error: `status` and `message` report it.
-ModelResult evaluate_model(const Scenario& scenario, const NamedModel& model, const Solver& solver);
+ModelResult evaluate_model(const Scenario& scenario, const NamedModel& model, const AnySolver& solver);
 
 }  // namespace tandem

@@ -21,7 +21,7 @@
 namespace tandem {
 namespace {
 
-Summary solve_with(Solver solver, bool graduated, const Stop& stop, TrackingProblem& tracking) {
+Summary solve_with(AnySolver solver, bool graduated, const Stop& stop, TrackingProblem& tracking) {
   stop.limit(common(solver));
   return std::visit(
       [&](const auto& options) {
@@ -40,7 +40,7 @@ Vector<6> twist_in_space(const Rn<3>& twist) {
 
 /// Returns the measurement outcomes of a solve without held-out measurements; empty if it does not converge.
 std::vector<MeasurementOutcome> outcomes_with_all(Scenario scenario, const TrackingOptions& options,
-                                                  const Solver& solver, bool graduated, const Stop& stop) {
+                                                  const AnySolver& solver, bool graduated, const Stop& stop) {
   for (TargetSensor& sensor : scenario.data.sensors)
     for (Measurement& m : sensor.measurements) m.held_out = false;
   try {
@@ -51,7 +51,7 @@ std::vector<MeasurementOutcome> outcomes_with_all(Scenario scenario, const Track
   return {};
 }
 
-void add_uncertainty(const Scenario& scenario, const Solver& solver, bool graduated, const Stop& stop,
+void add_uncertainty(const Scenario& scenario, const AnySolver& solver, bool graduated, const Stop& stop,
                      const JudgedMeasurements& judged, const std::vector<double>& at, TrackingProblem& tracking,
                      Estimate& result) {
   if (!result.summary.converged()) {
@@ -93,13 +93,13 @@ void add_uncertainty(const Scenario& scenario, const Solver& solver, bool gradua
   }
 }
 
-Estimate navigate_and_estimate(const Scenario& scenario, const TrackingOptions& options, const Solver& solver,
+Estimate navigate_and_estimate(const Scenario& scenario, const TrackingOptions& options, const AnySolver& solver,
                                bool graduated, NavigationOptions navigation, bool covariance,
                                const std::function<void(const Problem&)>& built, const std::vector<double>& at) {
   const Stop stop(common(solver));
   stop.limit(navigation.solver);
   NavigatedScenario with_chaser = navigated(scenario, navigation);
-  Solver limited = solver;
+  AnySolver limited = solver;
   stop.limit(common(limited));
   Estimate result = estimate(with_chaser.scenario, options, limited, graduated, {}, covariance, built, at);
   result.findings.insert(result.findings.begin(), with_chaser.findings.begin(), with_chaser.findings.end());
@@ -187,7 +187,7 @@ std::string SuspectedOutlier::text() const {
                      sensor, t, sigmas);
 }
 
-Estimate estimate(const Scenario& scenario, const TrackingOptions& options, const Solver& solver, bool graduated,
+Estimate estimate(const Scenario& scenario, const TrackingOptions& options, const AnySolver& solver, bool graduated,
                   const NavigationOptions& navigation, bool covariance,
                   const std::function<void(const Problem&)>& built, const std::vector<double>& at) {
   if (needs_navigation(scenario))

@@ -91,7 +91,7 @@ struct Estimate {
 ///
 /// Throws Error if data and options give no valid problem or the solver does not support it. A solve that does not
 /// converge is not an error; see `summary`.
-Estimate estimate(const Scenario& scenario, const TrackingOptions& options, const Solver& solver,
+Estimate estimate(const Scenario& scenario, const TrackingOptions& options, const AnySolver& solver,
                   bool graduated = false, const NavigationOptions& navigation = {}, bool covariance = true,
                   const std::function<void(const Problem&)>& built = {}, const std::vector<double>& at = {});
 

@@ -91,7 +91,7 @@ TargetSensor& target_sensor(TrackingData& data, const std::string& name) {
 }  // namespace
 
 DelayFit fit_target_delay(const TrackingData& data, const std::string& sensor, const TrackingOptions& options,
-                          const Solver& solver, bool graduated, const DelayFitProgress& progress) {
+                          const AnySolver& solver, bool graduated, const DelayFitProgress& progress) {
   TrackingData tried = data;
   TargetSensor& of = target_sensor(tried, sensor);
   const double given = of.delay, from = data.odometry.front().t + 1e-3 * kLongest, to = data.odometry.back().t;
@@ -101,7 +101,7 @@ DelayFit fit_target_delay(const TrackingData& data, const std::string& sensor, c
                             1e-3 * kLongest));
   const Stop stop(common(solver));
   const std::string what = "fitting the delay of " + sensor;
-  Solver limited = solver;
+  AnySolver limited = solver;
   int solves = 0;
   DelayFit fit = lowest_of_profile(given, [&](int ms) {
     stop.check(what);

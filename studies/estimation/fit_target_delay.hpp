@@ -16,6 +16,6 @@ namespace tandem {
 /// Throws Error if there is no such sensor or too few measurements remain, and Stopped at the solver's time limit, which
 /// covers all solves.
 DelayFit fit_target_delay(const TrackingData& data, const std::string& sensor, const TrackingOptions& options,
-                          const Solver& solver, bool graduated = false, const DelayFitProgress& progress = {});
+                          const AnySolver& solver, bool graduated = false, const DelayFitProgress& progress = {});
 
 }  // namespace tandem

@@ -42,7 +42,7 @@ std::vector<Panel> panels() {
           {"(c) chain", {{0, given}, {1, unknown}, {2, unknown}, {3, unknown}, {4, unknown}, {5, given}}}};
 }
 
-Solution solve(const Panel& panel, const Solver& solver, unsigned seed) {
+Solution solve(const Panel& panel, const AnySolver& solver, unsigned seed) {
   Solution result{panel, {}, {}, {}};
   std::mt19937_64 random(seed);
 

@@ -50,6 +50,6 @@ struct Solution {
 /// The problem has other minima: constant twists with more turns, or in the other direction, between the given poses. A
 /// worse initial guess or very uneven times may lead to one of them. Throws Error if the solver is not available; a
 /// solve that does not converge is not an error, see `summary`.
-Solution solve(const Panel& panel, const Solver& solver, unsigned seed);
+Solution solve(const Panel& panel, const AnySolver& solver, unsigned seed);
 
 }  // namespace tandem::fig3

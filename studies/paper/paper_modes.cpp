@@ -62,7 +62,7 @@ Value error_of_mode(std::optional<ModeState> Instant::*mode, std::optional<doubl
 
 }  // namespace
 
-std::vector<Instant> batch_estimates(const Scenario& scenario, const Solver& solver) {
+std::vector<Instant> batch_estimates(const Scenario& scenario, const AnySolver& solver) {
   std::vector<Instant> instants;
   for (const Mode mode : {Mode::A, Mode::B}) {
     const Estimate estimated = estimate(scenario, options_of(mode), solver);

@@ -38,7 +38,7 @@ class NotConverged : public Error {
 
 /// Returns the batch estimates of both modes. Throws Error if the solver does not support the problem, and NotConverged
 /// if it does not converge.
-std::vector<Instant> batch_estimates(const Scenario& scenario, const Solver& solver);
+std::vector<Instant> batch_estimates(const Scenario& scenario, const AnySolver& solver);
 /// Returns the newest state at each keyframe of both modes, by fixed-lag smoothing with a window of 60 s.
 std::vector<Instant> online_estimates(const Scenario& scenario);
 /// Returns the instants from 60 s before the longest interval without measurements to 60 s after it.

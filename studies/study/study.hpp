@@ -71,7 +71,7 @@ struct Study {
   const NamedParameter<TrialSettings>& parameter(const std::string& parameter_name) const;
   NamedModel model(const TrialPlace& place) const;  ///< requires has_target()
   /// Returns the solver. `automatic` selects gauss-newton, or augmented-lagrangian for a model with hard constraints.
-  Solver solver(const TrialPlace& place) const;
+  AnySolver solver(const TrialPlace& place) const;
   /// Returns the values of the axes with several values, as in "gap=20, speed=2"; empty if there is no such axis.
   std::string cell_text(const TrialPlace& place) const;
 };

@@ -26,7 +26,7 @@ constexpr double kAfterGap = 10.0;              // s: interval after a gap that 
 constexpr double kDisplacementInterval = 60.0;  // s: interval between random displacements of the initial guess
 constexpr std::uint32_t kStartStream = 7;       // noise stream, distinct from those of the simulation
 
-Summary solve_trial(const Solver& solver, bool graduated, TrackingProblem& tracking) {
+Summary solve_trial(const AnySolver& solver, bool graduated, TrackingProblem& tracking) {
   return std::visit(
       [&](const auto& options) {
         if (const std::string reason = why_unsupported(tracking.problem, options); !reason.empty()) throw Error(reason);

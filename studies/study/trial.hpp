@@ -17,7 +17,7 @@ struct TrialProblem {
   Scenario scenario;                  ///< includes the truth; in a dive, the chaser has its own sensors
   std::vector<std::pair<double, double>> gaps;
   TrackingOptions options;
-  Solver solver;
+  AnySolver solver;
 };
 /// Simulates the measurements of a trial and returns its estimation problem. Requires a study with a target.
 TrialProblem trial_problem(const Study& study, std::size_t trial, const std::atomic<bool>* stop = nullptr);

@@ -133,7 +133,7 @@ std::string loss_text(const Loss& loss) {
   return loss.kind == Loss::Kind::none ? named->name : fmt::format("{}:{}", named->name, loss.scale);
 }
 
-Solver parse_solver(const std::string& option, const std::string& text) {
+AnySolver parse_solver(const std::string& option, const std::string& text) {
   const std::vector<std::string> names = solver_names();
   if (std::find(names.begin(), names.end(), text) == names.end()) {
     if (nlopt_algorithms().empty() && text.starts_with("nlopt"))

@@ -31,7 +31,7 @@ Loss parse_loss(const std::string& option, const std::string& text);  ///< NAME 
 std::vector<std::string> loss_names();
 std::string loss_text(const Loss& loss);  ///< text that parse_loss() accepts
 /// gauss-newton, augmented-lagrangian, ipopt or nlopt:ALGORITHM, with default options
-Solver parse_solver(const std::string& option, const std::string& text);
+AnySolver parse_solver(const std::string& option, const std::string& text);
 
 int parse_count(const std::string& option, const std::string& text);            ///< a positive integer
 int parse_count_or_zero(const std::string& option, const std::string& text);    ///< a non-negative integer

@@ -2,15 +2,15 @@
 
 namespace tandem {
 
-SolverOptions& common(Solver& solver) {
+SolverOptions& common(AnySolver& solver) {
   return std::visit([](SolverOptions& options) -> SolverOptions& { return options; }, solver);
 }
 
-const SolverOptions& common(const Solver& solver) {
+const SolverOptions& common(const AnySolver& solver) {
   return std::visit([](const SolverOptions& options) -> const SolverOptions& { return options; }, solver);
 }
 
-bool supports_hard_limits(const Solver& solver) {
+bool supports_hard_limits(const AnySolver& solver) {
   if (std::holds_alternative<GaussNewtonOptions>(solver)) return false;
   if (const auto* const ipopt = std::get_if<IpoptOptions>(&solver)) return ipopt->hessian != Hessian::limited_memory;
   const auto* const nlopt = std::get_if<NloptOptions>(&solver);

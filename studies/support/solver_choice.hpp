@@ -11,16 +11,16 @@
 
 namespace tandem {
 
-/// A solver with its options.
-using Solver = std::variant<GaussNewtonOptions, AugmentedLagrangianOptions, IpoptOptions, NloptOptions>;
+/// Options of one of the solvers; their type selects the solver.
+using AnySolver = std::variant<GaussNewtonOptions, AugmentedLagrangianOptions, IpoptOptions, NloptOptions>;
 
 /// Returns the options that all solvers share.
-SolverOptions& common(Solver& solver);
-const SolverOptions& common(const Solver& solver);
+SolverOptions& common(AnySolver& solver);
+const SolverOptions& common(const AnySolver& solver);
 
 /// Returns whether the solver accepts inequality limits as hard constraints. Gauss-Newton, Ipopt with a limited-memory
 /// Hessian and some NLopt algorithms do not.
-bool supports_hard_limits(const Solver& solver);
+bool supports_hard_limits(const AnySolver& solver);
 
 /// Returns the solver names: gauss-newton, augmented-lagrangian, ipopt and, in builds with NLopt, nlopt:ALGORITHM.
 std::vector<std::string> solver_names();

@@ -8,7 +8,7 @@
 namespace tandem {
 namespace {
 
-Estimate estimate(const Reference& reference, const Solver& solver) {
+Estimate estimate(const Reference& reference, const AnySolver& solver) {
   return tandem::estimate(scenario_of(reference), {}, solver);
 }
 
