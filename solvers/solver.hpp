@@ -24,6 +24,8 @@ class Solver {
  public:
   /// The problem must outlive this object.
   explicit Solver(Problem& problem, Options options = {});
+  Solver(const Solver&) = delete;  // the analysis refers to options_
+  Solver& operator=(const Solver&) = delete;
 
   /// Options of the next solve; a change of `secant_pairs` has no effect after the first one. With `from_multipliers`,
   /// a solve starts with the multipliers of the last one.

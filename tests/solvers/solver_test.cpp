@@ -1,3 +1,5 @@
+#include <type_traits>
+
 #include <gtest/gtest.h>
 
 #include <tandem/solvers/solver.hpp>
@@ -34,6 +36,8 @@ TEST(Solver, RepeatedSolvesEqualFirstSolves) {
     EXPECT_EQ(solver.analyses(), 1);
   }
 }
+
+static_assert(!std::is_move_constructible_v<Solver<>>, "its analysis refers to its options");
 
 TEST(Solver, UsesChangedData) {
   Problem problem;
