@@ -64,12 +64,9 @@ class SensorBuild {
     }
     build_.out.measurements.push_back(placed_);
   }
-  /// Returns the target at keyframe k as a pose or as a point, or null. A pose next to a point has both.
   template <LieGroup T>
   const Variable<T>* target_at(std::size_t k) const {
-    if constexpr (std::same_as<T, Point>)
-      if (build_.boundary_point[k]) return &*build_.boundary_point[k];
-    return std::get_if<Variable<T>>(&build_.target[k]);
+    return build_.template target_at<T>(k);
   }
   G mount() const { return in_group<G>(sensor_.mount); }
   Vector<G::point_dim> beacon() const { return in_group<G>(sensor_.marker.translation()); }

@@ -178,9 +178,9 @@ void TargetWindow<G>::free_delays(double reach) {
     const TargetSensor& by = data_.sensors[m.sensor];
     const auto k = keyframe_at_or_before(out_.keyframes, by.valid_at(m.measurement));
     if (!k || !problem_.has(m.block)) return true;  // a keyframe that it reads was dropped
-    const bool is_pose = std::holds_alternative<Variable<G>>(build_.target[*k]);
-    const auto same_type = [&](std::size_t i) {  // as in SensorBuild: a pose next to a point has both
-      return build_.target[i].index() == build_.target[*k].index() || (!is_pose && build_.boundary_point[i]);
+    const auto same_type = [&](std::size_t i) {
+      using Point = typename TrackingBuild<G>::Point;
+      return build_.pose(*k) ? build_.pose(i) != nullptr : build_.template target_at<Point>(i) != nullptr;
     };
     const bool enough = build_.dt(*k, size() - 1) >= reach ||
                         motion_neighbours(build_, *k, motion_half_window(*by.error), same_type).is_final;

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <concepts>
 #include <map>
 #include <string>
 #include <variant>
@@ -43,11 +44,17 @@ struct TrackingBuild {
   std::size_t size() const { return out.keyframes.size(); }
   double dt(std::size_t from, std::size_t to) const { return out.keyframes[to].t - out.keyframes[from].t; }
   const Variable<G>* pose(std::size_t k) const { return std::get_if<Variable<G>>(&target[k]); }
+  /// Returns the target at k as a pose or as a point, or null. A pose next to a point has both.
+  template <LieGroup T>
+  const Variable<T>* target_at(std::size_t k) const {
+    if constexpr (std::same_as<T, Point>)
+      if (boundary_point[k]) return &*boundary_point[k];
+    return std::get_if<Variable<T>>(&target[k]);
+  }
   /// Returns the variable that a velocity reads at k: the point, if there is one, or else the pose.
   std::variant<Variable<G>, Variable<Point>> pose_or_point(std::size_t k) const {
-    if (boundary_point[k]) return *boundary_point[k];
-    if (pose(k)) return *pose(k);
-    return std::get<Variable<Point>>(target[k]);
+    if (const Variable<Point>* point = target_at<Point>(k)) return *point;
+    return std::get<Variable<G>>(target[k]);
   }
 
   /// Adds the target's variables at k, and the chaser's unless it exists.
