@@ -36,15 +36,15 @@ Eigen::VectorXd active_rows(NlpEvaluator& nlp, double stiffness, bool inequaliti
 }  // namespace
 
 std::vector<FlatDirection> flat_directions(NlpEvaluator& nlp, bool inequalities, int most, const Stop& stop,
-                                           int* skipped, Gauges gauges) {
+                                           int* skipped, Gauges with_gauges) {
   BlockCholesky cholesky(nlp.hessian_pattern());
   Eigen::VectorXd gradient(nlp.num_unknowns());
   Eigen::VectorXd hessian(nlp.hessian_pattern().nonzeros());
-  return flat_directions(nlp, {cholesky, gradient, hessian}, inequalities, most, stop, skipped, gauges);
+  return flat_directions(nlp, {cholesky, gradient, hessian}, inequalities, most, stop, skipped, with_gauges);
 }
 
 std::vector<FlatDirection> flat_directions(NlpEvaluator& nlp, const Workspace& work, bool inequalities, int most,
-                                           const Stop& stop, int* skipped, Gauges gauges_too) {
+                                           const Stop& stop, int* skipped, Gauges with_gauges) {
   Eigen::VectorXd& hessian = work.hessian;
   Eigen::VectorXd weights;
   double size = 0.0;
@@ -74,7 +74,7 @@ std::vector<FlatDirection> flat_directions(NlpEvaluator& nlp, const Workspace& w
       const NlpEvaluator::Stiffness s = nlp.stiffness(basis[i], weights);
       flat.push_back({std::move(basis[i]), unknowns[i], s.along <= kMinStiffness * s.scale});
     }
-    if (gauges_too == Gauges::search && static_cast<int>(basis.size()) < most) {
+    if (with_gauges == Gauges::search && static_cast<int>(basis.size()) < most) {
       for (Eigen::VectorXd& v : gauges(nlp, work.cholesky, weights, flat, work.gradient, stop))
         flat.push_back({std::move(v), -1, true});
     }

@@ -43,10 +43,10 @@ struct FlatDirection {
 /// directions that the pivots indicate.
 std::vector<FlatDirection> flat_directions(NlpEvaluator& nlp, const Workspace& work, bool inequalities, int most,
                                            const Stop& stop = {}, int* skipped = nullptr,
-                                           Gauges gauges = Gauges::search);
-/// Does the same with a workspace of its own.
+                                           Gauges with_gauges = Gauges::search);
+/// Does the same, and allocates the workspace.
 std::vector<FlatDirection> flat_directions(NlpEvaluator& nlp, bool inequalities, int most, const Stop& stop = {},
-                                           int* skipped = nullptr, Gauges gauges = Gauges::search);
+                                           int* skipped = nullptr, Gauges with_gauges = Gauges::search);
 
 /// Returns the variables that unobservable directions move, with the names of the directions. An entry without a
 /// variable counts the skipped ones.

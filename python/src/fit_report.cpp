@@ -25,7 +25,7 @@ std::string fit_of(PyProblem& self, const py::dict& sensors) {
     judged.push_back(std::move(sensor));
   }
   const FitReport fit = run_unlocked(solving.stop(), [&] {
-    const Marginals marginals(problem);
+    const Marginals marginals = Marginals::without_gauges(problem);
     return fit_report(problem, judged, measurements, &marginals);
   });
   return json_line(fit_fields()(fit));

@@ -1,6 +1,3 @@
-#include <concepts>
-#include <utility>
-
 #include <tandem/solvers/calibration/default_solve.hpp>
 
 namespace tandem::detail {
@@ -22,22 +19,17 @@ Summary solve_with_default(Problem& problem, const Stop& stop, int max_iteration
   return solve(problem, limited_options<GaussNewtonOptions>(stop, max_iterations));
 }
 
-ApproximateSolver::ApproximateSolver(Problem& problem) : solver_(std::in_place_index<0>, problem) {
-  if (problem.num_hard_blocks() > 0) solver_.emplace<1>(problem);
-}
+ApproximateSolver::ApproximateSolver(Problem& problem) : problem_(problem), solver_(problem) {}
 
 Summary ApproximateSolver::solve(const Stop& stop, int max_iterations, double cost_tolerance) {
-  const auto solve = [&]<class Options>(Solver<Options>& solver) {
-    Options& options = solver.options();
-    options = limited_options<Options>(stop, max_iterations);
-    if constexpr (std::same_as<Options, GaussNewtonOptions>) {
-      options.cost_tolerance = cost_tolerance;
-      options.gradient_tolerance = 1e-5;
-      options.observability = false;
-    }
-    return solver.solve();
-  };
-  return std::visit(solve, solver_);
+  auto options = limited_options<AugmentedLagrangianOptions>(stop, max_iterations);
+  if (problem_.num_hard_blocks() == 0) {
+    options.cost_tolerance = cost_tolerance;
+    options.gradient_tolerance = 1e-5;
+    options.observability = false;
+  }
+  solver_.options() = options;
+  return solver_.solve();
 }
 
 }  // namespace tandem::detail

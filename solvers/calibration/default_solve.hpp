@@ -1,7 +1,5 @@
 #pragma once
 
-#include <variant>
-
 #include <tandem/problem/problem.hpp>
 #include <tandem/problem/stop.hpp>
 #include <tandem/solvers/solver.hpp>
@@ -17,14 +15,13 @@ class ApproximateSolver {
  public:
   /// The problem must outlive this object.
   explicit ApproximateSolver(Problem& problem);
-  ApproximateSolver(const ApproximateSolver&) = delete;
-  ApproximateSolver& operator=(const ApproximateSolver&) = delete;
 
-  /// `cost_tolerance` is that of Gauss-Newton, and has no effect with hard blocks.
+  /// `cost_tolerance` is that of LevenbergMarquardtOptions, and has no effect with hard blocks.
   Summary solve(const Stop& stop, int max_iterations, double cost_tolerance = 1e-6);
 
  private:
-  std::variant<Solver<GaussNewtonOptions>, Solver<AugmentedLagrangianOptions>> solver_;
+  const Problem& problem_;
+  Solver<> solver_;
 };
 
 }  // namespace tandem::detail

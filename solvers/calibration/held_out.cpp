@@ -25,14 +25,21 @@ void hold_out(std::span<Problem* const> problems, const std::vector<HeldOutMeasu
   }
 }
 
-std::optional<Summary> solve_all(std::span<Problem* const> problems, const CalibrationOptions& options) {
-  for (Problem* problem : problems) {
-    Summary summary =
-        options.solve ? options.solve(*problem) : solve_with_default(*problem, options.stop, kMaxIterations);
-    if (!summary.converged()) options.stop.check(kHeldOutTask);
-    if (!can_predict(summary)) return summary;
+std::optional<Summary> solve_all(std::size_t count, const Stop& stop, FunctionRef<Summary(std::size_t index)> solve) {
+  for (std::size_t p = 0; p < count; ++p) {
+    Summary summary = solve(p);
+    // Without a fold, a direction may be nearly unobservable. An unconverged point still predicts, with a large
+    // covariance.
+    if (!summary.converged()) stop.check(kHeldOutTask);
+    if (!summary.converged() && summary.status != Status::max_iterations) return summary;
   }
   return {};
+}
+
+std::optional<Summary> solve_all(std::span<Problem* const> problems, const CalibrationOptions& options) {
+  return solve_all(problems.size(), options.stop, [&](std::size_t p) {
+    return options.solve ? options.solve(*problems[p]) : solve_with_default(*problems[p], options.stop, kMaxIterations);
+  });
 }
 
 std::vector<HeldOutPrediction> predictions(std::span<Problem* const> problems,

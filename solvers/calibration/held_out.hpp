@@ -5,6 +5,7 @@
 #include <utility>
 #include <vector>
 
+#include <tandem/problem/function_ref.hpp>
 #include <tandem/solvers/calibration/cross_validation.hpp>
 
 namespace tandem::detail {
@@ -27,13 +28,9 @@ inline std::vector<NoiseGroup> counterparts(std::span<Problem* const> problems, 
   return groups;
 }
 
-/// Returns whether the values predict held-out measurements: the solve has converged, or has reached its iteration limit
-/// because a direction is nearly unobservable without the fold. The covariance is then large.
-inline bool can_predict(const Summary& summary) {
-  return summary.converged() || summary.status == Status::max_iterations;
-}
-
-/// Solves the problems. Returns the summary of the first one that cannot be solved. Throws Stopped.
+/// Solves problems by solve(index). Returns the summary of the first one that cannot be solved. Throws Stopped.
+std::optional<Summary> solve_all(std::size_t count, const Stop& stop, FunctionRef<Summary(std::size_t index)> solve);
+/// Solves the problems by `options.solve` or the default solver.
 std::optional<Summary> solve_all(std::span<Problem* const> problems, const CalibrationOptions& options);
 
 /// Predicts the scored measurements of fold number f at the solution of the problems. `noise` is the noise of the

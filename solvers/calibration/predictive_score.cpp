@@ -78,12 +78,10 @@ class FoldPredictor {
     // If other models start from this solution, it needs more iterations. Otherwise they would gain only by continuing
     // the solve.
     const int iterations = !options_.start ? 200 : options_.every > 1 ? 30 : 50;
-    for (const auto& problem : reused_) {
-      const Summary summary = problem->solver.solve(options_.stop, iterations, problem->cost_tolerance);
-      if (!summary.converged()) options_.stop.check(detail::kHeldOutTask);
-      if (!detail::can_predict(summary)) return summary.message;
-    }
-    return "";
+    const auto failed = detail::solve_all(reused_.size(), options_.stop, [&](std::size_t p) {
+      return reused_[p]->solver.solve(options_.stop, iterations, reused_[p]->cost_tolerance);
+    });
+    return failed ? failed->message : "";
   }
 
   void keep_solution(PredictiveScore& score) {

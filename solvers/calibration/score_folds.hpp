@@ -7,8 +7,8 @@
 
 namespace tandem::detail {
 
-/// What predictive_score() predicts: measurements in long or short gaps of all sensors, those of one sensor from the
-/// other ones, or those ahead of an origin in time. `nothing` is the key of the solution with all measurements.
+/// Kinds of prediction: measurements in long or short gaps of all sensors, those of one sensor from the other ones, or
+/// those ahead of an origin in time. `nothing` is the key of the solution with all measurements.
 enum class FoldKind { gap, short_gap, sensor, ahead, nothing };
 inline const FoldKey kNothingHeldOut = {int(FoldKind::nothing), 0, 0};
 

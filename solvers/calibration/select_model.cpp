@@ -65,7 +65,7 @@ class GreedySearch {
   Scored scored(const ModelSettings& settings, int every = 1) const {
     if (every > 1) {
       Scored quick = scored_from(settings, every, true);
-      if (quick.score.valid()) return quick;
+      if (quick.score.valid() || quick.problems.empty()) return quick;  // empty: it cannot be built
     }
     return scored_from(settings, every, false);
   }
