@@ -105,8 +105,8 @@ Command tune_command() {
                          request->more);
         option.group("Search");
         option("--time", "SECONDS",
-               "Wall-clock time limit, or inf; the result is the best validated model so far (default: 110 if the "
-               "chaser has sensors of its own motion, else 55)",
+               "Wall-clock time limit, or inf; the result is the best validated model so far (default: 110 with "
+               "sensors of the chaser's motion, else 55)",
                request->time_limit, parse_time_limit);
         option("--only", "LIST",
                "Change only these: options (model, error, loss, noise), sensors, or kinds of errors (delay, scale), "
