@@ -109,12 +109,12 @@ void NlpEvaluator::compile_places() {
   for (std::size_t p = 0; p < problem_.pools_.size(); ++p) {
     const auto& pool = problem_.pools_[p].base();
     auto& to = placement_[p];
-    const std::size_t blocks = std::size_t(pool.size()), arity = std::size_t(pool.arity());
-    to.offset.reserve(blocks * arity);
-    to.hessian.reserve(blocks * arity * (arity + 1) / 2);
-    for (int i = 0; i < pool.size(); ++i) {
+    const int blocks = pool.size(), arity = pool.arity();
+    to.offset.reserve(std::size_t(blocks) * std::size_t(arity));
+    to.hessian.reserve(std::size_t(blocks) * std::size_t(arity * (arity + 1) / 2));
+    for (int i = 0; i < blocks; ++i) {
       const int* ids = pool.variables(i);
-      for (int a = 0; a < pool.arity(); ++a) {
+      for (int a = 0; a < arity; ++a) {
         to.offset.push_back(offset_[std::size_t(ids[a])]);
         for (int b = 0; b <= a; ++b)
           to.hessian.push_back(place(block_of_variable_[std::size_t(ids[a])], block_of_variable_[std::size_t(ids[b])]));
@@ -140,7 +140,15 @@ void NlpEvaluator::choose_rows(SoftBoundRole soft_bounds) {
 
 void NlpEvaluator::compile_constraints() {
   int rows = 0;
-  for (const auto* pool : rows_) rows += pool ? pool->size() * pool->dim() : 0;
+  std::size_t values = 0;
+  for (const auto* pool : rows_) {
+    if (!pool) continue;
+    rows += pool->size() * pool->dim();
+    const int columns = std::accumulate(pool->dofs(), pool->dofs() + pool->arity(), 0);
+    values += std::size_t(pool->size()) * std::size_t(pool->dim() * columns);
+  }
+  jacobian_.row.reserve(values);
+  jacobian_.column.reserve(values);
   for (Eigen::VectorXd* v : {&lower_, &upper_, &soft_weights_}) v->setZero(rows);
   int row = 0;
   first_row_.assign(problem_.pools_.size(), 0);
@@ -148,21 +156,20 @@ void NlpEvaluator::compile_constraints() {
     first_row_[p] = row;
     if (!rows_[p]) continue;
     const auto& pool = *rows_[p];
-    for (int i = 0; i < pool.size(); ++i) {
+    const int dim = pool.dim(), arity = pool.arity(), size = pool.size();
+    const int *const dofs = pool.dofs(), *offset = placement_[p].offset.data();
+    placement_[p].jacobian.reserve(std::size_t(size));
+    for (int i = 0; i < size; ++i, offset += arity, row += dim) {
       placement_[p].jacobian.push_back(static_cast<int>(jacobian_.row.size()));
-      for (int s = 0; s < pool.arity(); ++s) {
-        const int id = pool.variables(i)[s], offset = offset_[std::size_t(id)];
-        if (offset < 0) continue;
-        for (int c = 0; c < problem_.variables_[std::size_t(id)].dof; ++c)
-          for (int r = 0; r < pool.dim(); ++r) {
+      for (int s = 0; s < arity; ++s)
+        for (int c = 0; c < dofs[s] && offset[s] >= 0; ++c)
+          for (int r = 0; r < dim; ++r) {
             jacobian_.row.push_back(row + r);
-            jacobian_.column.push_back(offset + c);
+            jacobian_.column.push_back(offset[s] + c);
           }
-      }
       const bool fixed = static_cast<int>(jacobian_.row.size()) == placement_[p].jacobian.back();
       if (fixed && !soft_bounds_[p])
-        for (int r = row; r < row + pool.dim(); ++r) fixed_rows_.push_back({r, 0, 0});
-      row += pool.dim();
+        for (int r = 0; r < dim; ++r) fixed_rows_.push_back({row + r, 0, 0});
     }
   }
   read_bounds();

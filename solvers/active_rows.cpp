@@ -27,13 +27,16 @@ std::vector<ActiveRows::Side> ActiveRows::sides(const NlpEvaluator& nlp, const E
   return sides;
 }
 
-ActiveRows::ActiveRows(const NlpEvaluator& nlp, const Eigen::VectorXd& jacobian, const std::vector<Side>& sides,
-                       const Eigen::VectorXd& scale) {
+void ActiveRows::set(const NlpEvaluator& nlp, const Eigen::VectorXd& jacobian, const std::vector<Side>& sides,
+                     const Eigen::VectorXd& scale) {
   const TripletPattern& pattern = nlp.jacobian_pattern();
-  const Eigen::VectorXd variance = scale.cwiseMax(min_curvature(scale)).cwiseInverse();
+  Eigen::VectorXd& variance = change_;
+  variance = scale.cwiseMax(min_curvature(scale)).cwiseInverse();
   root_.setZero(nlp.num_rows());
-  entries_.row.reserve(pattern.row.size());
-  entries_.column.reserve(pattern.row.size());
+  for (std::vector<int>* places : {&entries_.row, &entries_.column}) {
+    places->clear();
+    places->reserve(pattern.row.size());
+  }
   value_.resize(jacobian.size());
   for (std::size_t k = 0; k < pattern.row.size(); ++k) {
     const double J = jacobian[Eigen::Index(k)];
@@ -43,7 +46,6 @@ ActiveRows::ActiveRows(const NlpEvaluator& nlp, const Eigen::VectorXd& jacobian,
     entries_.row.push_back(pattern.row[k]);
     entries_.column.push_back(pattern.column[k]);
   }
-  value_.conservativeResize(Eigen::Index(entries_.row.size()));
   weight_.setZero(nlp.num_rows());
   for (Eigen::Index i = 0; i < root_.size(); ++i) {
     root_[i] = root_[i] > 0 ? 1 / std::sqrt(root_[i]) : 1;

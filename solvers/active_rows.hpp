@@ -27,12 +27,12 @@ class ActiveRows {
   /// Sets the rows that are active according to the multipliers y: equalities, and rows with y ≠ 0.
   static std::vector<Side> sides(const NlpEvaluator& nlp, const Eigen::VectorXd& y);
 
-  ActiveRows() = default;
-  /// `jacobian` is that of all rows of the NLP, `scale` the curvature of the cost along each unknown.
-  ActiveRows(const NlpEvaluator& nlp, const Eigen::VectorXd& jacobian, const std::vector<Side>& sides,
-             const Eigen::VectorXd& scale);
+  /// Takes over the active rows. `jacobian` is that of all rows of the NLP, `scale` the curvature of the cost along
+  /// each unknown.
+  void set(const NlpEvaluator& nlp, const Eigen::VectorXd& jacobian, const std::vector<Side>& sides,
+           const Eigen::VectorXd& scale);
 
-  bool empty() const { return value_.size() == 0; }
+  bool empty() const { return entries_.row.empty(); }
   /// W of each row of the NLP, 0 for inactive ones.
   const Eigen::VectorXd& weights() const { return weight_; }
   /// Returns √w⁰ of each row of the NLP, where 1/w⁰ is the variance that the cost alone would leave it, roughly.
@@ -55,7 +55,7 @@ class ActiveRows {
 
  private:
   TripletPattern entries_;         // of the active rows A
-  Eigen::VectorXd value_;          // of each entry
+  Eigen::VectorXd value_;          // of each entry; may have more, unused values
   Eigen::VectorXd weight_, root_;  // of each row of the NLP
   mutable Eigen::VectorXd rhs_, change_;
 

@@ -37,7 +37,7 @@ class Multipliers {
   std::optional<FirstOrderCheck> find() {
     const Eigen::VectorXd met = Eigen::VectorXd::Zero(y_.size());
     for (int set = 0; set < kMaxActiveSets; ++set) {
-      rows_ = ActiveRows(nlp_, jacobian_, active_, curvature_);
+      rows_.set(nlp_, jacobian_, active_, curvature_);
       hessian_.setZero();
       nlp_.add_constraint_hessian(rows_.weights(), jacobian_, hessian_);
       if (!cholesky_.factorize(hessian_, curvature_)) break;
@@ -74,7 +74,7 @@ class Multipliers {
   void find_candidates() {
     active_.assign(std::size_t(c_.size()), ActiveRows::inactive);
     has_sign_.assign(std::size_t(c_.size()), true);
-    rows_ = ActiveRows(nlp_, jacobian_, active_, curvature_);
+    rows_.set(nlp_, jacobian_, active_, curvature_);
     for (Eigen::Index i = 0; i < c_.size(); ++i) {
       const double above = nlp_.upper()[i] - c_[i], below = c_[i] - nlp_.lower()[i];
       const double near = kAtBound / rows_.root_stiffness(i);

@@ -15,7 +15,7 @@ constexpr double kWrongSign = 1e-9;    // of a multiplier [standard deviations]
 constexpr double kMeritNoise = 1e-10;  // relative change of the merit function that may be rounding
 constexpr double kExcessiveDamping = 1e6;
 constexpr double kSmallRowErrors = 1e-4;       // of one solve [standard deviations]
-constexpr double kNegligibleViolation = 1e-3;  // in tolerances
+constexpr double kNegligibleViolation = 0.01;  // in tolerances
 constexpr int kMaxCorrections = 6;             // of a step; two or three are usual
 constexpr double kSlowDecrease = 0.1;          // of the error of the rows by a correction
 
@@ -130,7 +130,7 @@ bool ActiveSetSolve::find_step() {
 
 /// Factorizes with the least damping, from damping_ on, for which the matrix is positive definite.
 bool ActiveSetSolve::factorize() {
-  rows_ = ActiveRows(nlp_, jacobian_, sides_, scale_);
+  rows_.set(nlp_, jacobian_, sides_, scale_);
   augmented_ = hessian_;
   nlp_.add_constraint_hessian(rows_.weights(), jacobian_, augmented_);
   for (; damping_.value <= kExcessiveDamping; damping_.increase()) {

@@ -136,7 +136,8 @@ bool FixedLag::relinearize() {
   solved_.known.clear();
   extension_.clear();
   state_ = AtValues::same;
-  if (!why_unsupported(problem_, options_).empty() || !solved_.linearize(problem_, detail::kMinInformation))
+  if (!why_unsupported(problem_, options_).empty() ||
+      !solved_.linearize(problem_, detail::kMinInformation, options_.threads))
     return false;
   size_after_update_ = size();
   return true;
@@ -155,15 +156,16 @@ bool FixedLag::Factored::evaluate(NlpEvaluator& nlp, Eigen::VectorXd& hessian, E
     jacobian.resize(Eigen::Index(nlp.jacobian_pattern().row.size()));
     nlp.multipliers(y);
     nlp.constraint_jacobian(jacobian);
-    rows = detail::ActiveRows(nlp, jacobian, detail::ActiveRows::sides(nlp, y), diagonal);
+    rows.set(nlp, jacobian, detail::ActiveRows::sides(nlp, y), diagonal);
     return true;
   } catch (const UndefinedResidualError&) {
     return false;
   }
 }
 
-bool FixedLag::Factored::linearize(Problem& problem, double damping) {
+bool FixedLag::Factored::linearize(Problem& problem, double damping, int threads) {
   NlpEvaluator nlp(problem);
+  nlp.use_threads(threads);
   prepare(problem, nlp);
   Eigen::VectorXd hessian, diagonal, jacobian;
   const auto factorize = [&](double relative) {
@@ -183,7 +185,8 @@ bool FixedLag::Factored::linearize(Problem& problem, double damping) {
 bool FixedLag::linearize_at_values(const std::vector<int>& ids) const {
   const std::lock_guard lock(*mutex_);
   if (state_ == AtValues::wanted && size() == size_after_update_)
-    state_ = at_values_.linearize(problem_, options_.initial_damping) ? AtValues::known : AtValues::unavailable;
+    state_ = at_values_.linearize(problem_, options_.initial_damping, options_.threads) ? AtValues::known
+                                                                                        : AtValues::unavailable;
   return state_ == AtValues::known &&
          std::all_of(ids.begin(), ids.end(), [&](int id) { return at_values_.block_of(problem_, id) >= kFixed; });
 }
@@ -231,7 +234,8 @@ Summary FixedLag::solve_constrained_window(NlpEvaluator& nlp) {
   options.from_multipliers = true;
   Summary global = sequence.add(tandem::solve(problem_, options), summary.initial_cost);
   global.solver = summary.solver;
-  if (global.status == Status::failed || !solved_.linearize(problem_, options_.initial_damping)) solved_.known.clear();
+  if (global.status == Status::failed || !solved_.linearize(problem_, options_.initial_damping, options_.threads))
+    solved_.known.clear();
   state_ = AtValues::wanted;
   return global;
 }

@@ -171,7 +171,7 @@ class FixedLag {
     /// Linearises the problem at its values. Adds information to each unknown, relative to its own: `damping`, or
     /// detail::kMinInformation if that is not enough, or with active rows detail::kCovarianceDamping. Returns false if
     /// a residual is undefined or nothing is enough.
-    bool linearize(Problem& problem, double damping);
+    bool linearize(Problem& problem, double damping, int threads);
     /// Evaluates the derivatives, and returns whether all are finite.
     bool evaluate(NlpEvaluator& nlp, Eigen::VectorXd& hessian, Eigen::VectorXd& diagonal, Eigen::VectorXd& jacobian);
     Eigen::MatrixXd covariance(const std::vector<int>& ids, const std::vector<int>& dofs) const;
