@@ -254,6 +254,17 @@ function(tandem_sources result)
   set(${result} ${found} PARENT_SCOPE)
 endfunction()
 
+# Links with LLD if it is installed, which takes a fifth of the time of GNU ld. A linker that the user selects has priority.
+macro(tandem_use_lld)
+  if(PROJECT_IS_TOP_LEVEL AND NOT CMAKE_LINKER_TYPE AND NOT CMAKE_EXE_LINKER_FLAGS MATCHES "-fuse-ld")
+    include(CheckLinkerFlag)
+    check_linker_flag(CXX -fuse-ld=lld TANDEM_HAS_LLD)
+    if(TANDEM_HAS_LLD)
+      add_link_options(-fuse-ld=lld)
+    endif()
+  endif()
+endmacro()
+
 # Uses ccache if it is installed.
 macro(tandem_use_ccache)
   find_program(TANDEM_CCACHE ccache)
