@@ -120,10 +120,15 @@ std::string held_out_text(const Tuning& t) {
 
 std::string tuned_model(const Tuning& t) {
   const ModelSettings changes = difference(t);
-  if (changes.empty()) return "The given model predicts best; nothing is changed.";
+  const bool complete = !t.selection.cut_short;
+  if (changes.empty())
+    return complete ? "The given model predicts best; nothing is changed."
+                    : "No better model was found before the search was stopped; nothing is changed.";
   if (t.selection.settings == t.start)
-    return fmt::format("Needed: {}; no further change predicts better.", describe(changes));
-  return fmt::format("Predicts best: {} (gain {:+.1f} ± {:.1f} in predictive log-likelihood).", describe(changes),
+    return fmt::format("Needed: {}; no further change {}.", describe(changes),
+                       complete ? "predicts better" : "was found to predict better before the search was stopped");
+  return fmt::format("{}: {} (gain {:+.1f} ± {:.1f} in predictive log-likelihood).",
+                     complete ? "Predicts best" : "Best model when the search was stopped", describe(changes),
                      t.selection.gain.gain, t.selection.gain.standard_error);
 }
 

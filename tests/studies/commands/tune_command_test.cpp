@@ -14,6 +14,7 @@
 namespace tandem {
 namespace {
 
+using testing::AnyOf;
 using testing::HasSubstr;
 using testing::Not;
 
@@ -95,6 +96,7 @@ TEST(TuneReport, TellsThatTheSearchWasStopped) {
   EXPECT_THAT(tune_report(tuning, false), Not(HasSubstr("--time")));
   tuning.selection.cut_short = true;
   EXPECT_THAT(tune_report(tuning, false), HasSubstr("more time (--time) may find a better model"));
+  EXPECT_THAT(tuned_model(tuning), Not(AnyOf(HasSubstr("redicts best"), HasSubstr("further change predicts"))));
 }
 
 /// A turned detection at the end moves only the states near it. Held-out predictions do not show it.
