@@ -35,6 +35,7 @@ PyBlocks add_blocks(PyProblem& self, py::handle residual, const BlockVariables& 
     PyBlocks blocks{{}, single};
     blocks.blocks.reserve(count);
     auto prepared = add(bound.dim(), count, name);
+    self.outdate_multipliers("the problem");
     for (std::size_t i = 0; i < count; ++i)
       bound.make(i, [&](const void* object) { blocks.blocks.push_back(prepared(i, type, object, variables(i))); });
     return blocks;
@@ -48,6 +49,7 @@ PyBlocks add_blocks(PyProblem& self, py::handle residual, const BlockVariables& 
   const PythonResidualType type = python_residual_type(*callable, x.groups, hard);
   PyBlocks blocks{{}, x.single && !rows};
   auto prepared = add(callable->dim, count, callable->name);
+  self.outdate_multipliers("the problem");
   for (std::size_t i = 0; i < count; ++i) {
     const PythonResidual object(callable, rows ? i : 0, &type.groups);
     blocks.blocks.push_back(prepared(i, type.type, &object, variables(i)));

@@ -48,7 +48,11 @@ void add_rows(const Problem& problem, int index, const std::string& name, py::ha
     const auto dim = std::size_t(problem.linearization(block).residual.size());
     std::size_t first, stop, step, count;
     if (py::isinstance<py::int_>(rows)) {
-      first = rows.cast<std::size_t>();
+      const py::int_ index = py::reinterpret_borrow<py::int_>(rows);
+      if (index.attr("__lt__")(0).cast<bool>() || index.attr("__ge__")(dim).cast<bool>())
+        throw BadInputError(what + ": row " + std::string(py::str(index)) + " of a block with " + std::to_string(dim) +
+                            " rows; they count from 0");
+      first = index.cast<std::size_t>();
       count = 1;
     } else if (!py::isinstance<py::slice>(rows) || !rows.cast<py::slice>().compute(dim, &first, &stop, &step, &count) ||
                step != 1) {
@@ -76,6 +80,8 @@ std::vector<NoiseGroup> noise_groups(const std::vector<Problem*>& problems, py::
     const std::string name = py::str(key);
     const auto at = std::find_if(all.begin(), all.end(), [&](const NoiseGroup& g) { return g.name == name; });
     if (at == all.end()) throw BadInputError("Calibration: priors name the group " + name + ", which does not exist");
+    if (!py::isinstance<py::float_>(value) && !py::isinstance<py::int_>(value))
+      throw py::type_error("Calibration: the prior of " + name + " is a number, not " + std::string(py::repr(value)));
     at->prior = value.cast<double>();
   }
   return all;

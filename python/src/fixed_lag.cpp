@@ -64,11 +64,13 @@ void bind_fixed_lag(py::module_& m) {
   c.def(
       "update",
       [](PyFixedLag& self) {
-        PyProblem::Solve solving(*self.problem);
-        self.problem->set_solved(false, "it raised an exception");  // unless it ends
-        const PySummary summary =
-            self.watched->run([&] { return summary_of(self.lag->update(), self.lag->problem()); });
+        const PySummary summary = [&] {
+          PyProblem::Solve solving(*self.problem);
+          self.problem->set_solved(false, "it raised an exception");  // unless it ends
+          return self.watched->run([&] { return summary_of(self.lag->update(), self.lag->problem()); });
+        }();
         self.problem->set_solved(summary.converged(), summary.message);
+        self.problem->drop_removed();
         return summary;
       },
       "update()\n\nSolve the window, then marginalize the variables that have left it.");

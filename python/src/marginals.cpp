@@ -20,19 +20,20 @@ struct PyMarginals {
 };
 
 /// Computes in another thread, while this one looks for Ctrl-C, which ends the computation.
-std::unique_ptr<Marginals> compute(Problem& problem, std::atomic<bool>& stop) {
+std::unique_ptr<Marginals> compute(Problem& problem, PyProblem::Solve& solving) {
   std::unique_ptr<Marginals> marginals;
   std::optional<py::error_already_set> interrupt;
   {
     const py::gil_scoped_release unlocked;
     auto task = std::async(std::launch::async, [&] {
-      return std::make_unique<Marginals>(problem, std::span<const Marginals::Pair>(), Stop(&stop));
+      solving.continue_here();
+      return std::make_unique<Marginals>(problem, std::span<const Marginals::Pair>(), Stop(&solving.stop()));
     });
     while (task.wait_for(std::chrono::milliseconds(20)) != std::future_status::ready) {
       const py::gil_scoped_acquire lock;
       if (!interrupt && PyErr_CheckSignals() != 0) {
         interrupt.emplace();
-        stop = true;
+        solving.stop() = true;
       }
     }
     try {
@@ -57,7 +58,7 @@ void bind_marginals(py::module_& m) {
   c.def(py::init([](std::shared_ptr<PyProblem> problem) {
           PyProblem::Solve solving(*problem);
           Problem& of = problem->read();
-          return PyMarginals{compute(of, solving.stop()), std::move(problem)};
+          return PyMarginals{compute(of, solving), std::move(problem)};
         }),
         py::arg("problem").none(false));
   bind_covariances(c, [](const PyMarginals& self, const std::vector<VariableHandle>& x, const std::vector<int>& dofs) {

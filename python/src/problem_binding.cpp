@@ -154,10 +154,17 @@ void bind_problem(py::module_& m) {
       "fix",
       [](PyProblem& self, py::handle x, bool fixed) {
         for (const PyVariable& variable : all_variables(x, "fix")) self.change().fix(variable.handle, fixed);
+        self.outdate_multipliers("the problem");
       },
       py::arg("x"), py::arg("fixed") = true, "fix(x, fixed=True)\n\nHold variables at their values, or free them.");
   c.def(
-      "remove", [](PyProblem& self, py::handle what) { remove(self.change(), what); }, py::arg("what"),
+      "remove",
+      [](PyProblem& self, py::handle what) {
+        remove(self.change(), what);
+        self.outdate_multipliers("the problem");
+        self.drop_removed();
+      },
+      py::arg("what"),
       "remove(what)\n\nRemove blocks, or variables that no block reads: all of them, or none if there is an error.");
   c.def(
       "has",

@@ -2,6 +2,7 @@
 
 #include <map>
 #include <tuple>
+#include <utility>
 
 #include "callable.hpp"
 #include "python_error.hpp"
@@ -48,6 +49,14 @@ void PyProblem::replace(const std::vector<Block>& blocks, const std::shared_ptr<
     }
     remember(std::move(block));
   }
+}
+
+void PyProblem::drop_removed() {
+  std::vector<PythonBlock> present = python_blocks();
+  if (present.size() == python_blocks_.size()) return;
+  const auto blocks = std::exchange(python_blocks_, {});  // destroyed last, because destructors may run any code
+  const auto callables = std::exchange(callables_, {});
+  for (PythonBlock& block : present) remember(std::move(block));
 }
 
 void PyProblem::forget_evaluations() const {

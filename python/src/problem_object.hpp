@@ -40,6 +40,8 @@ class PyProblem {
   void remember(PythonBlock block);
   /// Remembers that blocks have another residual in Python. Row i of the data belongs to block i if `rows` is true.
   void replace(const std::vector<Block>& blocks, const std::shared_ptr<Callable>& callable, bool rows);
+  /// Releases the residuals in Python of blocks that have been removed.
+  void drop_removed();
   /// Makes the next computation call all Python residuals again, since these may read data that have changed.
   void forget_evaluations() const;
   /// Shows Python's garbage collector the objects that only this problem keeps alive: those of residuals in Python. A
@@ -73,6 +75,8 @@ class PyProblem {
     Solve& operator=(const Solve&) = delete;
 
     std::atomic<bool>& stop() { return stop_; }
+    /// Continues in this thread: residuals that it calls may read the problem.
+    void continue_here() { problem_.solver_ = std::this_thread::get_id(); }
 
    private:
     std::atomic<bool> stop_ = false;

@@ -65,7 +65,9 @@ py::list PythonCall::data_of_blocks() const {
 
 py::object PythonCall::call(const py::dict& keywords) const {
   py::list list;
-  for (const py::object& argument : arguments_) list.append(argument);
+  // A function that changes an array in place gets a copy, because differences start from the original.
+  for (std::size_t s = 0; s < arguments_.size(); ++s)
+    list.append(is_vector(*groups_[s]) ? arguments_[s].attr("copy")() : arguments_[s]);
   for (const py::handle item : data_) list.append(item);
   return f_.function(*py::tuple(list), **keywords);
 }

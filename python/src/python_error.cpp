@@ -1,8 +1,5 @@
 #include "python_error.hpp"
 
-#include <tandem/lie/error.hpp>
-#include <tandem/problem/stop.hpp>
-
 namespace tandem::python {
 
 std::string PythonError::summary(const py::error_already_set& error) {
@@ -45,6 +42,8 @@ void bind_errors(py::module_&) {
       set("StaleHandleError", error);
     } catch (const BadInputError& error) {
       set("BadInputError", error);
+    } catch (const Interrupted&) {
+      PyErr_SetNone(PyExc_KeyboardInterrupt);
     } catch (const Stopped& error) {
       set("Stopped", error);
     } catch (const Error& error) {

@@ -8,6 +8,7 @@
 #include <pybind11/pybind11.h>
 
 #include <tandem/lie/error.hpp>
+#include <tandem/problem/stop.hpp>
 
 namespace tandem::python {
 
@@ -34,6 +35,12 @@ class PythonError : public std::runtime_error {
   static std::string summary(const py::error_already_set& error);
 
   std::shared_ptr<py::error_already_set> error_;
+};
+
+/// Ctrl-C within a Python function that no solver has called, on its way to KeyboardInterrupt.
+class Interrupted : public Stopped {
+ public:
+  using Stopped::Stopped;
 };
 
 /// Returns f(). Converts a plain Error, which readers throw, to BadInputError.

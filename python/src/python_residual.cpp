@@ -129,7 +129,7 @@ void PythonResidual::call(const PythonResidual* const* residuals, const void* co
     if (error.matches(PyExc_KeyboardInterrupt)) {
       // The solver needs this evaluation to end at its best point.
       if (SolveStop::request()) return call(residuals, x, count, jacobians);
-      throw Stopped(name + ": interrupted");
+      throw Interrupted(name + ": interrupted");
     }
     if (error.matches(exception_class("UndefinedResidualError")))
       throw UndefinedResidualError(std::string(py::str(error.value())));

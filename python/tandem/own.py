@@ -164,6 +164,8 @@ def compiled_residual(function: Any, *, dim: int, data: Any = None, name: Option
     rows = np.empty((1, 0)) if data is None else np.ascontiguousarray(data, dtype=float)
     if rows.ndim not in (1, 2) or np.isnan(rows).any():
         raise BadInputError(f"compiled_residual: data have shape (k,) or (n, k) and no NaN, not {rows.shape}")
+    if data is not None and rows.size == 0:
+        raise BadInputError(f"compiled_residual: the data are empty, of shape {rows.shape}; without data, leave `data` out")
     rows = np.atleast_2d(rows)
     own_name = name or str(getattr(function, "__name__", "compiled"))
     return PythonResidual(function=None, pointer=int(address), name=own_name, dim=int(dim),

@@ -1,12 +1,13 @@
 """Scenarios: recordings with their settings."""
 
+import csv
 import difflib
 import hashlib
 import json
 import pathlib
 import re
 import shutil
-from typing import Any, Callable, Dict, List, Mapping, NamedTuple, Optional, Sequence, Union
+from typing import Any, Callable, Dict, List, Mapping, NamedTuple, Optional, Sequence, Tuple, Union
 
 import numpy as np
 
@@ -302,6 +303,27 @@ def read_settings(path: PathLike) -> Scenario:
     return scenario
 
 
+def _read_measurements(file: pathlib.Path) -> Tuple[List[str], np.ndarray]:
+    """Returns the names of the columns of a CSV file, and its numbers. Empty cells are NaN."""
+    columns: List[str] = []
+    rows = []
+    for number, line in enumerate(file.read_text(encoding="utf-8-sig").splitlines(), start=1):
+        line = line.strip()
+        if not line or line.startswith("#"):
+            continue
+        cells = [cell.strip() for cell in next(csv.reader([line], skipinitialspace=True))]
+        if not columns:
+            columns = cells
+            continue
+        if len(cells) != len(columns):
+            raise BadInputError(f"{file}:{number}: expected {len(columns)} cells as in the header, not {len(cells)}")
+        try:
+            rows.append([float(cell or "nan") for cell in cells])
+        except ValueError as error:
+            raise BadInputError(f"{file}:{number}: {error}") from None
+    return columns, np.array(rows).reshape(-1, len(columns))
+
+
 def read_scenario(path: PathLike) -> Scenario:
     """Reads a scenario folder, or a built-in scenario by its name.
 
@@ -318,14 +340,8 @@ def read_scenario(path: PathLike) -> Scenario:
     files = {sensor: str(entry["file"]) for sensor, entry in scenario.sensors.items() if "file" in entry}
     files.update({s: f"{s}.csv" for s in _PLAIN if s not in files and (folder / f"{s}.csv").exists()})
     for sensor, file in files.items():
-        lines = [x.strip() for x in (folder / file).read_text(encoding="utf-8").splitlines() if x and not x.startswith("#")]
-        rows = [line.split(",") for line in lines[1:]]
-        try:
-            table = np.array([[float(x or "nan") for x in row] for row in rows]) if rows else np.empty((0, lines[0].count(",") + 1))
-        except ValueError as error:
-            raise BadInputError(f"{folder / file}: {error}") from None
-        scenario.measurements[sensor] = table
-        scenario._headers[sensor] = lines[0] if lines else ""
+        columns, scenario.measurements[sensor] = _read_measurements(folder / file)
+        scenario._headers[sensor] = ",".join(columns)
     scenario._read = {file: content.fingerprint for file, content in scenario._files().items()}
     return scenario
 

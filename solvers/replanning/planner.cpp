@@ -52,6 +52,7 @@ std::string_view name(PlanOrigin origin) {
 template <int N>
 Planner<N>::Planner(const VehicleModel<N>& vehicle, const PlanOptions& plan, const PlannerOptions& options)
     : options_(options), problem_(vehicle, plan), sqp_(problem_.problem()), step_(vehicle, plan.dt) {
+  set_deadline(options.deadline);
   if (options.solver != PlanSolver::slsqp) return;
   options_.refine = false;
   const int unknowns = NlpEvaluator(problem_.problem()).num_unknowns();
@@ -60,6 +61,12 @@ Planner<N>::Planner(const VehicleModel<N>& vehicle, const PlanOptions& plan, con
                         " unknowns, but nlopt:slsqp supports " + std::to_string(kMaxDenseUnknowns) + ": use at most " +
                         std::to_string(plan.steps * kMaxDenseUnknowns / unknowns) +
                         " steps, or ipopt or augmented-lagrangian");
+}
+
+template <int N>
+void Planner<N>::set_deadline(double seconds) {
+  if (!(seconds >= 0)) throw BadInputError("the deadline of a plan must not be negative or NaN");
+  options_.deadline = seconds;
 }
 
 template <int N>

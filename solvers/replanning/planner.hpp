@@ -102,7 +102,8 @@ class Planner {
 
   /// Returns whether the next replan() starts from a previous plan.
   bool has_plan() const { return last_.has_value(); }
-  void set_deadline(double seconds) { options_.deadline = seconds; }
+  /// Throws BadInputError if the deadline is negative or NaN.
+  void set_deadline(double seconds);
   /// Discards the previous plan.
   void reset() {
     last_.reset();

@@ -1,7 +1,9 @@
 """Residuals of one's own: in Python, batched, and compiled."""
 
 import ctypes
+import gc
 import threading
+import weakref
 
 import numpy as np
 import pytest
@@ -159,6 +161,26 @@ def test_interrupt_within_a_residual_returns_the_best_point():
     assert summary.status == "interrupted" and np.isfinite(summary.cost)
 
 
+@pytest.mark.parametrize("compute", [lambda p: p.cost(), lambda p: tandem.fit_report(p, {}), tandem.Marginals])
+def test_interrupt_outside_of_solvers_is_keyboard_interrupt(compute):
+    def interrupted(x):
+        raise KeyboardInterrupt
+
+    p = tandem.Problem()
+    p.minimize(tandem.residual(interrupted, dim=1), 1.0, p.add(R1([0.0])))
+    with pytest.raises(KeyboardInterrupt):
+        compute(p)
+
+
+def test_residuals_may_read_their_problem():
+    p = tandem.Problem()
+    x, y = p.add(R1([0.0])), p.add(R1([2.0]))
+    p.fix(y)
+    p.minimize(tandem.residual(lambda v: v - p.value(y).vector, dim=1), 0.5, x)
+    assert p.solve().converged and p.value(x).vector == pytest.approx([2.0])
+    assert tandem.Marginals(p).covariance(x) == pytest.approx(np.array([[0.25]]))
+
+
 def test_wrong_sizes_name_the_size_wanted():
     p = tandem.Problem()
     x = p.add(R2([0.0, 0.0]), "x")
@@ -249,6 +271,43 @@ def test_functions_live_as_long_as_their_problem():
     assert p.value(x).vector[0] == pytest.approx(3.0)
 
 
+@pytest.mark.parametrize("jacobian", ["difference", "complex"])
+def test_residuals_may_change_their_arguments_in_place(jacobian):
+    def shifted(x):
+        x -= 1.0
+        return x**2 - 4
+
+    p = tandem.Problem()
+    x = p.add(R1([2.0]))
+    p.minimize(tandem.residual(shifted, dim=1, jacobian=jacobian), 0.1, x)
+    p.solve()
+    assert p.value(x).vector == pytest.approx([3.0])
+    assert tandem.Marginals(p).covariance(x) == pytest.approx(np.array([[0.1**2 / 4**2]]), rel=1e-5)
+
+
+def test_residuals_are_released_with_their_blocks():
+    alive = weakref.WeakSet()
+
+    def moved(by):
+        f = lambda x, y: y - x - by
+        alive.add(f)
+        return tandem.residual(f, dim=1)
+
+    lag = tandem.FixedLag(window=5.0)
+    x = lag.add(0.0, R1([0.0]))
+    lag.problem.minimize(tandem.Prior(R1([0.0])), 1.0, x)
+    for k in range(1, 30):
+        y = lag.add(float(k), R1([0.0]))
+        block = lag.problem.minimize(moved(1.0), 0.1, (x, y))
+        x = y
+        assert lag.update().converged
+    gc.collect()
+    assert len(alive) <= 6
+    lag.problem.remove(block)
+    gc.collect()
+    assert len(alive) <= 5
+
+
 def test_residuals_in_two_threads():
     results = []
 
@@ -308,6 +367,8 @@ def test_numba_functions():
     (lambda: tandem.residual(abs, dim=1, data=np.zeros(3)), "batched"),
     (lambda: tandem.compiled_residual(abs, dim=1), "cfunc"),
     (lambda: tandem.compiled_residual(_line, dim=1, data=np.full(3, np.nan)), "NaN"),
+    (lambda: tandem.compiled_residual(_line, dim=1, data=np.zeros((0, 1))), "empty"),
+    (lambda: tandem.compiled_residual(_line, dim=1, data=[]), "empty"),
 ])
 def test_bad_definitions_are_one_sentence(call, message):
     with pytest.raises(tandem.BadInputError, match=message):

@@ -162,6 +162,29 @@ def test_scenario_of_arrays_gives_the_same_cost(docking):
     assert tandem.estimate(own).summary.cost == docking.summary.cost
 
 
+@pytest.mark.parametrize("before, after", [
+    ("t,x,y,z\n", "\ufefft,x,y,z\n"), ("t,x,y,z\n", "  # a comment\n \t\nt, x, y, z\n"), ("t,x", '"t","x"'), ("\n", "\r\n"),
+])
+def test_scenarios_are_read_as_commands_read_them(docking, tmp_path, before, after):
+    s = tandem.read_scenario("docking_a")
+    s.write(tmp_path / "copy")
+    file = tmp_path / "copy" / "usbl.csv"
+    file.write_bytes(file.read_text().replace(before, after).encode())
+    again = tandem.read_scenario(tmp_path / "copy")
+    assert np.array_equal(again.measurements["usbl"], s.measurements["usbl"])
+    assert tandem.estimate(tmp_path / "copy", max_keyframes=10).summary["keyframes"] == 10
+
+
+def test_wrong_cells_of_a_scenario_are_named(tmp_path):
+    tandem.read_scenario("docking_a").write(tmp_path / "copy")
+    file = tmp_path / "copy" / "usbl.csv"
+    lines = file.read_text().splitlines()
+    for wrong in ("1,2,3", "1,2,3,four"):
+        file.write_text("\n".join([*lines[:5], wrong, *lines[5:]]))
+        with pytest.raises(tandem.BadInputError, match=r"usbl\.csv:6: "):
+            tandem.read_scenario(tmp_path / "copy")
+
+
 def test_edits_of_a_read_scenario_count(docking, tmp_path):
     s = tandem.read_scenario("docking_a")
     assert tandem.estimate(s).summary.cost == docking.summary.cost

@@ -207,6 +207,24 @@ def test_multipliers_belong_to_the_last_solve():
         p.multipliers(bound)
 
 
+@pytest.mark.parametrize("change", [
+    lambda p, x, cost: p.minimize(tandem.Prior(R1([50.0])), 1.0, x),
+    lambda p, x, cost: p.subject_to(tandem.Prior(R1([0.0])), tandem.at_most(0.5), x),
+    lambda p, x, cost: p.remove(cost),
+    lambda p, x, cost: p.fix(x),
+])
+def test_changed_problems_have_no_multipliers(change):
+    p = tandem.Problem()
+    x = p.add(R1([0.0]), "x")
+    cost = p.minimize(tandem.Prior(R1([2.0])), 1.0, x)
+    bound = p.subject_to(tandem.Prior(R1([0.0])), tandem.at_most(1.0), x)
+    p.solve()
+    assert p.multipliers(bound) == pytest.approx([1.0])
+    change(p, x, cost)
+    with pytest.raises(tandem.NumericalError, match="has changed since the last solve"):
+        p.multipliers(bound)
+
+
 def test_unsolved_problems_have_no_multipliers_after_pickling():
     p = tandem.Problem()
     x = p.add(R1([0.0]), "x")
