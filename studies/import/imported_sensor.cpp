@@ -156,7 +156,7 @@ bool ImportedSensor::append_part(ImportPart part, const RecordedRow& row, double
       return append_vector("angular_rate", body_, row, t);
     case ImportPart::range: {
       const double r = value(bound("range")->front(), row);
-      if (std::isnan(r)) return drop_missing(*bound("range"), t);
+      if (!std::isfinite(r)) return drop_missing(*bound("range"), t);
       if (!(r > 0)) return drop("a range that is not above zero", t, r);
       row_.push_back(r);
       return true;
@@ -189,7 +189,7 @@ bool ImportedSensor::append_position(const RecordedRow& row, double t) {
   if (geographic_) {
     const double latitude = value(bound("latitude")->front(), row) * 180 / kPi;
     const double longitude = value(bound("longitude")->front(), row) * 180 / kPi;
-    if (std::isnan(latitude) || std::isnan(longitude)) return drop_missing(*bound("latitude"), t);
+    if (!std::isfinite(latitude) || !std::isfinite(longitude)) return drop_missing(*bound("latitude"), t);
     if (std::abs(latitude) < 1e-9 && std::abs(longitude) < 1e-9)
       return drop("before the first fix: latitude and longitude are 0", t, 0);
     if (std::abs(latitude) > 90 || std::abs(longitude) > 360)
@@ -271,10 +271,15 @@ std::vector<double> ImportedSensor::stated_sigma() const {
     std::nth_element(sorted.begin(), sorted.begin() + static_cast<long>(sorted.size() / 2), sorted.end());
     sigma.push_back(std::sqrt(static_cast<double>(sorted[sorted.size() / 2])));
   }
-  // Variances along ENU axes become those along NED axes.
-  if (sigma.size() >= 3 && sensor_.type->parts.front() == ImportPart::world_position && world_.from[0] == 1)
-    std::swap(sigma[0], sigma[1]);
-  return sigma;
+  const ImportPart part = sensor_.type->parts.front();
+  if (part == ImportPart::range || part == ImportPart::direction) return sigma;
+  // Each triple gets the order of the converted axes, as the values do.
+  std::vector<double> converted = sigma;
+  for (std::size_t first = 0; first + 3 <= sigma.size(); first += 3) {
+    const AxisMap& axes = first == 0 && part == ImportPart::world_position ? world_ : body_;
+    for (std::size_t i = 0; i < 3; ++i) converted[first + i] = sigma[first + std::size_t(axes.from[i])];
+  }
+  return converted;
 }
 
 std::optional<GeographicPoint> ImportedSensor::first_fix() const {

@@ -45,9 +45,33 @@ std::vector<double> times(const Import& import) {
 
 using testing::Contains;
 using testing::ElementsAre;
+using testing::FloatEq;
 using testing::HasSubstr;
 using testing::IsEmpty;
 using testing::Not;
+using testing::Pointwise;
+
+TEST_F(TableImportTest, StatedSigmasAreInTheOrderOfTheConvertedAxes) {
+  const std::string table = "t,sb,fw,up,vs,vf,vu\n0,5,20,1,0.01,4,0.25\n1,5,20,1,0.01,4,0.25\n";
+  const std::string gps = "  gps: {type: gps, from: log, fields: {position: [sb, fw, up]}}\n";
+  const auto sigma = [&](const std::string& type, const std::string& fields) {
+    const Import result = import(table, "sensors:\n  s: {type: " + type +
+                                            ", from: log, axes: {x: starboard, y: forward, z: up}, fields: {" + fields +
+                                            "}, covariance: [vs, vf, vu]}\n" + gps);
+    return result.sensors[0]->stated_sigma();
+  };
+  EXPECT_THAT(sigma("position", "position: [sb, fw, up]"), Pointwise(FloatEq(), {2.0f, 0.1f, 0.5f}));
+  EXPECT_THAT(sigma("dvl", "velocity: [sb, fw, up]"), Pointwise(FloatEq(), {2.0f, 0.1f, 0.5f}));
+  EXPECT_THAT(sigma("range_bearing", "range: fw, azimuth: up, elevation: up"),
+              Pointwise(FloatEq(), {0.1f, 2.0f, 0.5f}));
+}
+
+TEST_F(TableImportTest, InfiniteRangesAreMissing) {
+  const Import result = import("t,r,x\n0,10,0\n1,inf,0\n2,12,0\n",
+                               "sensors:\n  s: {type: range, from: log, fields: {range: r}}\n"
+                               "  gps: {type: gps, from: log, fields: {position: [x, x, x]}}\n");
+  EXPECT_THAT(times(result), ElementsAre(0, 2));
+}
 
 TEST_F(TableImportTest, ColumnNumbersSelectColumnsWithTheSameName) {
   const Import result =
