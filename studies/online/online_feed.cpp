@@ -22,17 +22,18 @@ namespace {
 constexpr std::size_t kLongestLine = 4096;
 constexpr int kPollTimeout = 100;                            // ms between checks for a stop while waiting
 constexpr double kMaxImuPeriod = 1, kMaxOdometryPeriod = 5;  // s
-const std::string kWrongClock = "time jumps away from all other streams";
+const std::string kWrongClock = "time jumps away from all other streams", kBackwards = "time runs backwards";
 
 using Kind = FeedStream::Kind;
 
+bool is_motion(const FeedStream& s) { return s.kind == Kind::odometry || s.kind == Kind::imu; }
+
 std::vector<StreamClocks::Stream> clock_streams(const FeedStreams& streams) {
   const auto& all = streams.all();
-  const bool moves = std::any_of(all.begin(), all.end(),
-                                 [](const FeedStream& s) { return s.kind == Kind::odometry || s.kind == Kind::imu; });
+  const bool moves = std::any_of(all.begin(), all.end(), is_motion);
   std::vector<StreamClocks::Stream> result;
   for (const FeedStream& s : all) {
-    const bool motion = s.kind == Kind::odometry || s.kind == Kind::imu || (!moves && s.kind == Kind::ego);
+    const bool motion = is_motion(s) || (!moves && s.kind == Kind::ego);
     result.push_back({s.name, s.may_repeat, motion, s.kind == Kind::imu ? kMaxImuPeriod : kMaxOdometryPeriod});
   }
   return result;
@@ -156,23 +157,15 @@ OnlineFeed::OnlineFeed(const Scenario& settings)
   };
 }
 
-std::optional<FeedLine> OnlineFeed::take_settled() {
-  if (settling_.empty()) return std::exchange(after_reset_, {});
-  return std::move(settling_.extract(settling_.begin()).mapped());
-}
-
 std::optional<FeedLine> OnlineFeed::next() {
-  if (settling_time_ == 0) return next_accepted();
-  while (!after_reset_) {
-    if (!settling_.empty() && settling_.begin()->first <= settling_.rbegin()->first - settling_time_) break;
+  if (settling_.delay() == 0) return next_accepted();
+  while (!settling_.is_ready()) {
     std::optional<FeedLine> line = next_accepted();
     if (!line) break;
-    if (line->time_reset)
-      after_reset_ = std::move(line);
-    else
-      settling_.emplace(line->t, std::move(*line));
+    const FeedStream& from = streams_.all()[line->stream];
+    if (!settling_.add(std::move(*line), is_motion(from))) rejected_.add(from.name, kBackwards);
   }
-  return take_settled();
+  return settling_.take();
 }
 
 std::optional<FeedLine> OnlineFeed::next_accepted() {
@@ -258,13 +251,14 @@ void OnlineFeed::make_ready(std::size_t stream, FeedLine line, bool time_reset) 
     for (auto& recent : recent_) recent.clear();
   }
   const double t = line.t;
-  if (from.kind != Kind::odometry && from.kind != Kind::imu) {
+  if (!is_motion(from)) {
     if (is_repeated(stream, line)) return rejected_.add(from.name, "repeats an earlier line");
     ready_.push_back(std::move(line));
     return;
   }
+  if (settling_.delay() > 0) return ready_.push_back(std::move(line));
   ReorderBuffer<FeedLine>& buffer = disordered_[stream];
-  if (!buffer.add(t, std::move(line))) return rejected_.add(from.name, "time runs backwards");
+  if (!buffer.add(t, std::move(line))) return rejected_.add(from.name, kBackwards);
   while (auto next = buffer.take()) ready_.push_back(std::move(*next));
 }
 

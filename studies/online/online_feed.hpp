@@ -14,6 +14,7 @@
 
 #include <tandem/solvers/online/stream_clocks.hpp>
 #include <tandem/studies/online/reorder_buffer.hpp>
+#include <tandem/studies/online/settling_lines.hpp>
 #include <tandem/studies/scenario/scenario.hpp>
 #include <tandem/studies/scenario/table.hpp>
 
@@ -96,7 +97,7 @@ class OnlineFeed {
 
   /// Gives out each line only after a line `seconds` later has arrived, in the order of the times: late lines of all
   /// streams then come in order. There are no checkpoints while lines wait.
-  void set_settling_time(double seconds) { settling_time_ = seconds; }
+  void set_settling_time(double seconds) { settling_.set_delay(seconds); }
 
   /// Returns the next line, or nothing at the end of the data.
   std::optional<FeedLine> next();
@@ -120,7 +121,6 @@ class OnlineFeed {
 
  private:
   std::optional<FeedLine> next_accepted();
-  std::optional<FeedLine> take_settled();
   void judge(FeedLine line);
   void make_ready(std::size_t stream, FeedLine line, bool time_reset);
   bool is_repeated(std::size_t stream, const FeedLine& line);
@@ -129,10 +129,8 @@ class OnlineFeed {
   std::deque<FeedLine> waiting_;                     // lines that wait until the unit of stamps is known
   std::vector<std::deque<FeedLine>> held_;           // per stream: lines after a time jump that is not yet confirmed
   std::deque<FeedLine> ready_;                       // accepted lines
-  double settling_time_ = 0;                         // s
-  std::multimap<double, FeedLine> settling_;         // accepted lines by time
-  std::optional<FeedLine> after_reset_;              // the line with which the time restarts, after those settling
-  std::vector<ReorderBuffer<FeedLine>> disordered_;  // per stream: lines of the motion
+  SettlingLines<FeedLine> settling_;                 // accepted lines
+  std::vector<ReorderBuffer<FeedLine>> disordered_;  // per stream: lines of the motion; unused if lines settle
   std::vector<std::multimap<double, std::size_t>> recent_;  // per stream: hashes of the newest lines by time
 };
 

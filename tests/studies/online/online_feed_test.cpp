@@ -188,6 +188,22 @@ TEST_F(OnlineFeedTest, SettledLinesOfAllStreamsComeInOrder) {
                           "usbl 3.50", "odometry 4.00", "odometry 5.00", "odometry 6.00"));
 }
 
+TEST_F(OnlineFeedTest, OdometrySettlesToo) {
+  std::string text;
+  for (const double t : {0.0, 2.0, 1.0, 4.0, 3.0, 3.0, 5.0, 6.0, 7.0, 8.0, 4.5, 9.0})
+    text += fmt::format("odometry,{},0,0,0,0,0,0,1\n", t);
+  const Input input(text);
+  const std::atomic<bool> stop{false};
+  StreamFeed feed(settings(RowsIn::stream), input.descriptor(), "here", stop,
+                  [](const std::string& why) { FAIL() << why; });
+  feed.set_settling_time(3);
+  EXPECT_THAT(arrivals(feed),
+              ElementsAre("odometry 0.00", "odometry 1.00", "odometry 2.00", "odometry 3.00", "odometry 4.00",
+                          "odometry 5.00", "odometry 6.00", "odometry 7.00", "odometry 8.00", "odometry 9.00"));
+  EXPECT_THAT(feed.rejected_lines().counts(), ElementsAre(Pair(Pair("odometry", "time runs backwards"), 2)))
+      << "one repeats a time, one is later than the settling time";
+}
+
 TEST_F(OnlineFeedTest, StopsWaitingOnRequest) {
   int ends[2];
   ASSERT_EQ(pipe(ends), 0);
