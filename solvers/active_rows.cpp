@@ -27,6 +27,22 @@ std::vector<ActiveRows::Side> ActiveRows::sides(const NlpEvaluator& nlp, const E
   return sides;
 }
 
+void ActiveRows::drop_inactive(NlpEvaluator& nlp, Eigen::VectorXd& y) {
+  if (y.size() == 0) return;
+  Eigen::VectorXd gradient(nlp.num_unknowns()), scale(nlp.num_unknowns()), c(y.size());
+  Eigen::VectorXd hessian(nlp.hessian_pattern().nonzeros()), jacobian(Eigen::Index(nlp.jacobian_pattern().row.size()));
+  nlp.linearize(gradient, hessian);
+  hessian_diagonal(nlp.hessian_pattern(), hessian, scale);
+  nlp.linearize_constraints(c, jacobian);
+  ActiveRows rows;
+  rows.set(nlp, jacobian, sides(nlp, y), scale);
+  for (Eigen::Index i = 0; i < y.size(); ++i) {
+    const double low = nlp.lower()[i], high = nlp.upper()[i];
+    const double slack = y[i] > 0 ? high - c[i] : c[i] - low, root = rows.root_stiffness(i);
+    if (low != high && std::abs(y[i]) <= slack * root * root) y[i] = 0;
+  }
+}
+
 void ActiveRows::set(const NlpEvaluator& nlp, const Eigen::VectorXd& jacobian, const std::vector<Side>& sides,
                      const Eigen::VectorXd& scale) {
   const TripletPattern& pattern = nlp.jacobian_pattern();

@@ -27,6 +27,11 @@ class ActiveRows {
   /// Sets the rows that are active according to the multipliers y: equalities, and rows with y ≠ 0.
   static std::vector<Side> sides(const NlpEvaluator& nlp, const Eigen::VectorXd& y);
 
+  /// Sets the multipliers y of an interior point, which are small on inactive inequalities, to 0 there. An inequality is
+  /// inactive if its slack exceeds its multiplier, both in standard deviations that the cost alone would leave the row,
+  /// as in a primal-dual active set method. The point of `nlp` must be X̄.
+  static void drop_inactive(NlpEvaluator& nlp, Eigen::VectorXd& y);
+
   /// Takes over the active rows. `jacobian` is that of all rows of the NLP, `scale` the curvature of the cost along
   /// each unknown.
   void set(const NlpEvaluator& nlp, const Eigen::VectorXd& jacobian, const std::vector<Side>& sides,

@@ -7,6 +7,7 @@
 #include <IpTNLPAdapter.hpp>
 
 #include <tandem/lie/error.hpp>
+#include <tandem/solvers/active_rows.hpp>
 #include <tandem/solvers/ipopt_nlp.hpp>
 #include <tandem/solvers/linear/hessian_diagonal.hpp>
 
@@ -74,6 +75,12 @@ bool IpoptNlp::load_multipliers() {
   nlp_.multipliers(lambda_);
   barrier_ = kWarmBarrier;
   return !lambda_.isZero(0);
+}
+
+void IpoptNlp::store_multipliers() {
+  Eigen::VectorXd y = lambda_ / cost_scale_;
+  ActiveRows::drop_inactive(nlp_, y);
+  nlp_.set_multipliers(y);
 }
 
 bool IpoptNlp::get_nlp_info(Index& n, Index& m, Index& nnz_jac, Index& nnz_hess, IndexStyleEnum& style) {

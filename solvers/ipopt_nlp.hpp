@@ -45,8 +45,8 @@ class IpoptNlp final : public Ipopt::TNLP {
   bool increase_cost_scale();
   /// Loads the multipliers of the problem, before the first run. Returns false if all are zero.
   bool load_multipliers();
-  /// Stores the multipliers of the last run in the problem.
-  void store_multipliers() { nlp_.set_multipliers(lambda_ / cost_scale_); }
+  /// Stores the multipliers of the last run, with X̄ at its solution, in the problem; 0 for inactive inequalities.
+  void store_multipliers();
   std::exception_ptr error() const { return error_; }
 
  private:

@@ -168,6 +168,26 @@ TEST_F(IpoptTest, SolvesRedundantConstraints) {
   }
 }
 
+/// Marginalisation takes inequalities with a multiplier for equalities.
+TEST_F(IpoptTest, InactiveInequalitiesHaveNoMultipliers) {
+  for (const double scale : {1e-4, 1.0, 1e4}) {
+    Problem problem;
+    const auto a = problem.add(R3()), b = problem.add(R3());
+    problem.minimize(Prior<R3>{R3(Vector<3>(scale * Vector<3>(1, 2, 3)))}, Gaussian{scale, scale, scale}, {a});
+    problem.minimize(RelativePose<R3>{}, Gaussian{scale, scale, scale}, {a, b});
+    const Block far = problem.subject_to(Prior<R3>{}, between(-50 * scale, 50 * scale), {a});
+    const Block near = problem.subject_to(Prior<R3>{}, at_most(2.5 * scale), {a});
+    ASSERT_TRUE(solve(problem, IpoptOptions{}).converged());
+    EXPECT_TRUE(problem.multipliers(far).isZero(0)) << scale;
+    EXPECT_TRUE(problem.multipliers(near).head<2>().isZero(0)) << scale;
+    EXPECT_NEAR(problem.multipliers(near)[2] * scale, 0.5, 1e-4) << scale;
+    problem.marginalize(a);
+    problem.minimize(Prior<R3>{R3(Vector<3>(scale * Vector<3>(1, 2, 3)))}, Gaussian{scale, scale, scale}, {b});
+    ASSERT_TRUE(solve(problem, GaussNewtonOptions{}).converged());
+    EXPECT_LE((problem.value(b).vector() / scale - Vector<3>(1, 2, 2.75)).norm(), 1e-4) << scale;
+  }
+}
+
 /// A solve from a callback of another solve has its own linear systems.
 TEST_F(IpoptTest, SolvesFromACallback) {
   const auto inner = [] {
