@@ -225,7 +225,7 @@ std::string SensorFit::misfit() const {
 
 bool FitReport::consistent() const {
   return std::all_of(sensors.begin(), sensors.end(), [](const SensorFit& s) { return s.misfit().empty(); }) &&
-         cost <= expected_cost + std::max(5 * cost_sigma, 0.5 * expected_cost);
+         (!is_redundant() || cost <= expected_cost + std::max(5 * cost_sigma, 0.5 * expected_cost));
 }
 
 bool FitReport::noise_is_far_too_large() const {
@@ -258,6 +258,8 @@ std::string FitReport::verdict() const {
     return "NOISE FAR TOO LARGE (" + costs +
            "). Too large: " + (oversized.empty() ? "the noise of motion or sensors" : oversized) +
            "; standard deviations and this report are not informative. Give smaller noise, or fit it with tandem tune.";
+  if (consistent() && !is_redundant())
+    return "The fit cannot be judged, because there are not more residuals than unknowns (" + costs + ").";
   if (consistent())
     return "The data fit the model (" + costs + ")." +
            (oversized.empty() ? "" : " Noise that is larger than the residuals need: " + oversized + ".");

@@ -80,8 +80,10 @@ struct FitReport {
   /// Returns whether the stated noise is so large that costs, standard deviations and this report are not informative:
   /// the cost is below a quarter of its expectation.
   bool noise_is_far_too_large() const;
-  /// Returns whether no sensor has a misfit and the cost is at most five standard deviations or half above its
-  /// expectation.
+  /// Returns whether there are more residuals than unknowns; otherwise the cost says nothing about the fit.
+  bool is_redundant() const { return expected_cost > 0; }
+  /// Returns whether no sensor has a misfit and the cost, if it can be judged, is at most five standard deviations or
+  /// half above its expectation.
   bool consistent() const;
   /// Returns the noises of sensors and other blocks whose residuals are at most half as large as stated, with the
   /// factors by which they are too large, or an empty string. Needs marginals: otherwise it is unknown whose residuals

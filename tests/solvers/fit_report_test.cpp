@@ -140,6 +140,16 @@ TEST(FitReport, IgnoresFixedVariables) {
   EXPECT_EQ(fit_report(problem, {}, {}).expected_cost, 0);
 }
 
+TEST(FitReport, DoesNotJudgeWithoutRedundancy) {
+  Problem problem;
+  const auto x = problem.add(R3());
+  problem.minimize(Prior<R3>{R3(Vector<3>(0.1, 0, 0))}, Gaussian{1.0, 1.0, 1.0}, {x});
+  const FitReport fit = fit_report(problem, {}, {});
+  EXPECT_GT(fit.cost, 0);
+  EXPECT_TRUE(fit.consistent());
+  EXPECT_THAT(fit.verdict(), HasSubstr("cannot be judged"));
+}
+
 TEST(LossExpectation, AgreesWithSampling) {
   std::mt19937 random(3);
   std::normal_distribution<double> normal;
