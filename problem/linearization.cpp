@@ -35,8 +35,15 @@ Problem::Linearization Problem::linearization(const detail::ResidualFunctions& f
   std::vector<std::unique_ptr<detail::StateStoreBase>> copies;
   std::vector<detail::StateStoreBase*> stores;
   std::vector<int> slots;
+  if (variable_ids.size() != std::size_t(functions.arity))
+    throw BadInputError(std::string(functions.name) + ": the residual reads " + std::to_string(functions.arity) +
+                        " variables, not " + std::to_string(variable_ids.size()));
   for (const int id : variable_ids) {
-    const VariableInfo& variable = variables_.at(std::size_t(id));
+    const VariableInfo& variable = info(id);
+    if (!variable.store) throw_no_variable(id);
+    if (variable.dof != functions.dofs[stores.size()])
+      throw BadInputError(std::string(functions.name) + ": the residual cannot read variable " + variable.name() +
+                          " at position " + std::to_string(stores.size()) + ", because its group differs");
     copies.push_back(variable.store->new_empty());
     stores.push_back(copies.back().get());
     slots.push_back(stores.back()->add_copy(*variable.store, variable.slot, id));

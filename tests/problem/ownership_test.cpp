@@ -258,5 +258,24 @@ TEST(ResidualTypes, LossScalesMustBePositive) {
   EXPECT_EQ(line.problem.loss(line.prior).scale, 1.0);
 }
 
+TEST(Ownership, LinearizationChecksItsVariables) {
+  Problem problem;
+  const auto x = problem.add(R3()), y = problem.add(R3());
+  const auto angle = problem.add(SO2());
+  const int removed = problem.id(y);
+  problem.remove(y);
+  const Prior<R3> residual{};
+  const auto linearize = [&](std::vector<int> ids) {
+    return problem.linearization(detail::kResidualFunctions<Prior<R3>>, &residual, ids);
+  };
+  EXPECT_EQ(linearize({problem.id(x)}).residual.size(), 3);
+  EXPECT_THROW(linearize({99}), StaleHandleError);
+  EXPECT_THROW(linearize({-1}), StaleHandleError);
+  EXPECT_THROW(linearize({removed}), StaleHandleError);
+  EXPECT_THROW(linearize({problem.id(angle)}), BadInputError);
+  EXPECT_THROW(linearize({}), BadInputError);
+  EXPECT_THROW(linearize({problem.id(x), problem.id(x)}), BadInputError);
+}
+
 }  // namespace
 }  // namespace tandem::testing
