@@ -5,13 +5,16 @@
 #include <tandem/studies/commands/command.hpp>
 #include <tandem/studies/commands/output.hpp>
 #include <tandem/studies/commands/problem_options.hpp>
+#include <tandem/studies/commands/run_file.hpp>
 #include <tandem/studies/commands/solver_options.hpp>
 #include <tandem/studies/commands/tuning_options.hpp>
 #include <tandem/studies/estimation/estimate_files.hpp>
 #include <tandem/studies/estimation/estimate_report.hpp>
 #include <tandem/studies/estimation/fit_target_delay.hpp>
 #include <tandem/studies/navigation/navigated_scenario.hpp>
+#include <tandem/studies/tuning/model_settings.hpp>
 #include <tandem/studies/tuning/tune_report.hpp>
+#include <tandem/version.hpp>
 
 namespace tandem {
 namespace {
@@ -96,7 +99,11 @@ std::string tune_first(const EstimateRequest& request, const CommandOptions& opt
   scenario = std::move(tuned.scenario);
   target = tuned.target;
   own = tuned.own;
-  set_run_file(tuned_run_file(found, {std::filesystem::absolute(given.folder).lexically_normal().string()}));
+  auto tuned_options = option_values(found.selection.settings);
+  for (const auto& [key, values] : option_values(options.start))
+    tuned_options.try_emplace(key);  // removed by the search
+  tuned_options.try_emplace("tuned");
+  set_run_file(run_file("estimate", TANDEM_VERSION, option, tuned_options));
   return tuned_model(found);
 }
 

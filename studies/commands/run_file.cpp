@@ -116,22 +116,28 @@ std::vector<std::string> with_run_file(const std::string& command, CommandOption
   return result;
 }
 
-std::string run_file(const std::string& command, const std::string& version, const CommandOptions& options) {
+std::string run_file(const std::string& command, const std::string& version, const CommandOptions& options,
+                     const std::map<std::string, std::vector<std::string>>& replaced) {
   std::string text = fmt::format("# Written by tandem {}. To repeat this run: tandem {} --config run.yaml --out DIR\n",
                                  version, command);
   text += fmt::format("command: {}\n", command);
-  for (const auto& [option, values] : options.given()) {
+  const auto write = [&text](const OptionInfo& option, const std::vector<std::string>& values) {
     const std::string key = option.key();
-    if (!is_in_run_files(option) || key == "out") continue;
+    if (!is_in_run_files(option) || key == "out") return;
     if (option.takes.empty()) {
       text += fmt::format("{}: true\n", key);
-      continue;
+      return;
     }
     std::vector<std::string> quoted;
     for (const std::string& value : values) quoted.push_back(yaml_text(located(option, value)));
     text += option.repeatable ? fmt::format("{}: [{}]\n", key, fmt::join(quoted, ", "))
                               : fmt::format("{}: {}\n", key, fmt::join(quoted, ""));
-  }
+  };
+  for (const auto& [option, values] : options.given())
+    if (!replaced.contains(option.key())) write(option, values);
+  for (const OptionInfo& option : options.infos())
+    if (const auto at = replaced.find(option.key()); at != replaced.end() && !at->second.empty())
+      write(option, at->second);
   return text;
 }
 

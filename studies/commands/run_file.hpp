@@ -1,5 +1,6 @@
 #pragma once
 
+#include <map>
 #include <string>
 #include <vector>
 
@@ -23,7 +24,8 @@ std::vector<std::string> with_run_file(const std::string& command, CommandOption
                                        std::vector<std::string> words);
 
 /// Returns the run file that repeats this run: the given options without --config and the output folder. Relative paths
-/// become absolute.
-std::string run_file(const std::string& command, const std::string& version, const CommandOptions& options);
+/// become absolute. Options in `replaced` have these values instead, and are omitted if there are none.
+std::string run_file(const std::string& command, const std::string& version, const CommandOptions& options,
+                     const std::map<std::string, std::vector<std::string>>& replaced = {});
 
 }  // namespace tandem

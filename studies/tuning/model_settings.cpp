@@ -4,6 +4,20 @@
 
 namespace tandem {
 
+std::map<std::string, std::vector<std::string>> option_values(const ModelSettings& settings) {
+  std::map<std::string, std::vector<std::string>> values;
+  for (const auto& [setting, value] : settings) {
+    const std::size_t space = setting.find(' '), equals = setting.find('=');
+    if (space != setting.npos)
+      values[setting.substr(0, space)].push_back(setting.substr(space + 1) + "=" + value);
+    else if (equals != setting.npos)
+      values[setting.substr(0, equals)].push_back(setting.substr(equals + 1));
+    else
+      values[setting] = {value};
+  }
+  return values;
+}
+
 std::vector<std::string> words_of(const ModelSettings& settings) {
   std::vector<std::string> words;
   for (const auto& [setting, value] : settings) {

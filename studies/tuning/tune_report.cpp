@@ -1,6 +1,6 @@
 #include <algorithm>
 #include <cmath>
-#include <map>
+#include <filesystem>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -174,20 +174,14 @@ std::vector<FileDescription> tune_file_columns() { return {step_columns().descri
 std::string tuned_run_file(const Tuning& t, const std::vector<std::string>& scenarios) {
   std::string text = fmt::format("# {}\n# Use it by: tandem COMMAND --config FILE\ncommand: tune\nscenario: {}\n",
                                  tuned_model(t), yaml_text(scenarios.front()));
-  std::map<std::string, std::vector<std::string>> repeated;
-  for (const auto& [setting, value] : t.selection.settings) {
-    const std::size_t space = setting.find(' '), equals = setting.find('=');
-    if (space != setting.npos)
-      repeated[setting.substr(0, space)].push_back(setting.substr(space + 1) + "=" + value);
-    else if (equals != setting.npos)
-      repeated[setting.substr(0, equals)].push_back(setting.substr(equals + 1));
-    else
-      text += fmt::format("{}: {}\n", setting, value == "true" ? value : yaml_text(value));
-  }
-  for (const auto& [option, values] : repeated) {
+  for (const auto& [option, values] : option_values(t.selection.settings)) {
     std::vector<std::string> quoted;
-    for (const std::string& value : values) quoted.push_back(yaml_text(value));
-    text += fmt::format("{}: [{}]\n", option, fmt::join(quoted, ", "));
+    for (std::string value : values) {
+      if (option == "noise-from") value = std::filesystem::absolute(value).lexically_normal().string();
+      quoted.push_back(value == "true" ? value : yaml_text(value));
+    }
+    const bool single = t.selection.settings.contains(option);
+    text += fmt::format(fmt::runtime(single ? "{}: {}\n" : "{}: [{}]\n"), option, fmt::join(quoted, ", "));
   }
   return text;
 }

@@ -14,6 +14,7 @@
 namespace tandem {
 namespace {
 
+using testing::AllOf;
 using testing::AnyOf;
 using testing::HasSubstr;
 using testing::Not;
@@ -122,9 +123,16 @@ TEST_F(TuneCommand, StartsWithRobustLossesIfMeasurementsContradictTheOthers) {
 }
 
 TEST_F(TuneCommand, EstimatesWithTheTunedModel) {
-  const Outcome outcome = run_tandem({"estimate", run(), "--tuned", "--time-limit", "60"});
+  const Outcome outcome = run_tandem(
+      {"estimate", run(), "--tuned", "--time-limit", "60", "--no-covariance", "--threads", "1", "--out", out()});
   EXPECT_EQ(outcome.status, 0) << outcome.errors;
   EXPECT_THAT(outcome.output, HasSubstr("redict"));
+  const std::string run_file = read_file(out() + "/run.yaml");
+  EXPECT_THAT(run_file, AllOf(HasSubstr("command: estimate"), HasSubstr("no-covariance: true"), HasSubstr("threads: 1"),
+                              Not(HasSubstr("tuned"))));
+  const std::string again = (scratch_.path() / "again").string();
+  ASSERT_EQ(run_tandem({"estimate", "--config", out() + "/run.yaml", "--out", again}).status, 0);
+  EXPECT_EQ(read_file(again + "/target.tum"), read_file(out() + "/target.tum"));
 }
 
 }  // namespace
